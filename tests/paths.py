@@ -3,7 +3,9 @@
 import numpy as np
 
 import frictopt as fo
+from frictopt.transients.cycles import Run
 from frictopt.transients.exact import ExactPath
+from frictopt.transients.steady import reported
 
 
 def followed(*asked, cycles=0, **options):
@@ -18,6 +20,13 @@ def followed(*asked, cycles=0, **options):
 def states(path):
     """Times, u, r, statuses and work at the events of a path."""
     return [np.concatenate(parts) for parts in zip(*path.history, strict=True)]
+
+
+def settled(path):
+    """The steady state that cycles lead to from where a transient is, and a transient on it."""
+    run = Run(path, 2000)
+    found = run.settled()
+    return reported(run, found, np.inf if path.steps else 0.0), found.path
 
 
 def bonded_at(path, times):

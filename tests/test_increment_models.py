@@ -9,7 +9,15 @@ import pytest
 import frictopt as fo
 from enumeration import admissible_states, distance, random_increment
 from frictopt.solve import solvers as policy
-from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement, NewtonIncrement, complementarity_problem, exact, frozen_bound
+from frictopt.transients.increments import (
+    ExactIncrement,
+    FrozenBoundIncrement,
+    NewtonIncrement,
+    complementarity_problem,
+    exact,
+    frozen_bound,
+    increment,
+)
 from frictopt.transients.increments.increment import Posed
 from frictopt.transients.increments.newton import State, newton
 from systems import random_system, system
@@ -119,7 +127,7 @@ def test_booleans_are_not_believed_before_the_referee(monkeypatch):
         return outcome
 
     monkeypatch.setattr(policy, "_run", wrong)
-    monkeypatch.setattr(exact, "CORRECTIONS", 0)
+    monkeypatch.setattr(increment, "CORRECTIONS", 0)
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         ExactIncrement(contact, friction).solve(slip, load)
 
@@ -149,7 +157,7 @@ def test_a_solver_that_stops_is_no_proof(monkeypatch):
 def test_states_beyond_the_reach_are_not_ruled_out(push, monkeypatch):
     """A = 0.01, B = 0: friction 1 holds 1 of the load, so that the node slips by 100 (load - 1), in units of p / C."""
     contact = system(0.01, 0.0, 0, 1, 0, 0, C=1.0)
-    monkeypatch.setattr(ExactIncrement, "_guess", lambda engine, posed: State(np.zeros(2), posed.trial, np.zeros(1, dtype=np.int8), 0, 0.0))
+    monkeypatch.setattr(exact, "newton", lambda law, trial, u: State(u, trial, np.zeros(1, dtype=np.int8), 0, 0.0))
     load = ([push], [1.0])
     found = ExactIncrement(contact, 1.0).solve([0.0], load)
     assert found.slip == pytest.approx([-100 * (push - 1)])

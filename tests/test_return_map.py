@@ -6,8 +6,7 @@ import pytest
 import frictopt as fo
 from frictopt.transients.exact import return_map
 from frictopt.transients.exact.derivative import _Growth
-from frictopt.transients.steady import settled
-from paths import followed
+from paths import followed, settled
 from systems import CYCLE, random_system, system
 
 STEP = 1e-8

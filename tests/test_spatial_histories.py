@@ -11,7 +11,7 @@ from frictopt.histories.ascent import _tangents
 from frictopt.histories.increment_map import increment_map
 from frictopt.histories.starts import LoadStep, smooth_modes
 from frictopt.transients.paths import path_of
-from frictopt.transients.steady import settled
+from paths import settled
 from spatial import cycle, random_contact, single
 from studies.validation.fuzz.embedded import embedded
 from systems import CYCLE, FIRST_PAIR, random_system, system

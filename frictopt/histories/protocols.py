@@ -16,8 +16,9 @@ from ..contact.system import checked_system
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import shakedown_limit
 from ..limits.question import pose
+from ..transients.cycles import Run
 from ..transients.paths import path_of
-from ..transients.steady import settled
+from ..transients.steady import MOST_CYCLES, reported
 from .load_steps import LoadStep, assemble
 from .range_starts import RangeStarts
 
@@ -86,7 +87,8 @@ class TransientsAfter:
                 path.follow_to(path.mean, "the segment to the mean load")
             for number, load in enumerate([*steps, path.mean] if steps else []):
                 path.follow_to(load, f"segment {number} of the protocol")
-            state, _ = settled(path)
+            run = Run(path, MOST_CYCLES)
+            state = reported(run, run.settled(), np.inf)  # without a step error
         except (NoContinuation, SolverError):
             return UNDECIDED
         self.residual = max(self.residual, state.residual)

@@ -104,28 +104,23 @@ def march(
         error = max(error, float(np.sqrt(np.prod(ways)))) / path.length  # and the slip that may be missed within the increments
         time, work = begun + np.arange(len(u)) / path.steps, np.cumsum(work, axis=0)
     (bonded_q, bonded_p), (slip, gap), (q, p) = (parted(values, system.tangents + 1) for values in (bonded, u, r))
-    amplitudes = amplitudes_at(system, cycle, path.load_factor, time, {})
-    arrays = {
-        "time": time,
-        "amplitudes": amplitudes,
-        "bonded_q": bonded_q,
-        "bonded_p": bonded_p,
-        "slip": slip,
-        "gap": gap + system.gap,
-        "q": q,
-        "p": p,
-        "work": work,
-    }
-    status.flags.writeable = False
     trajectory = Trajectory(
         system=system,
         friction=frozen(path.friction),
         cycle=cycle,
+        time=time,
+        amplitudes=amplitudes_at(system, cycle, path.load_factor, time, {}),
+        bonded_q=bonded_q,
+        bonded_p=bonded_p,
+        slip=slip,
+        gap=gap + system.gap,
+        q=q,
+        p=p,
         status=status.astype(np.int8, copy=False),
+        work=work,
         engine=way,
         step_error=error,
         _seconds=perf_counter() - path.started,
-        **{name: frozen(values) for name, values in arrays.items()},
     )
     if not trajectory.residual <= RESIDUAL:
         raise SolverError(

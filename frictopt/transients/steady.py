@@ -1,7 +1,6 @@
 """The steady state of a transient: whether it stops slipping, and if not, how much it dissipates per cycle."""
 
 from time import perf_counter
-from typing import TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,14 +15,11 @@ from ..contact.record import SolveRecord
 from ..contact.system import checked_system
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import NoContinuation, SolverError
-from .begin import Transient
 from .cycles import Run, Settled
 from .exact.path import ExactPath
 from .judge import returns_after
 from .outcome import SteadyState
 from .stepped import SteppedPath, doubts, step_counts
-
-P = TypeVar("P", bound=Transient)
 
 MOST_CYCLES = 2000
 """Number of cycles after which the search for a steady state gives up, unless another one is asked for."""
@@ -127,21 +123,6 @@ def steady_state(
             lacking, change, _ = doubts(found.path.friction, u, r)
             errors.append(float(np.sqrt(lacking.sum() * change.sum()) / cycles.work.sum()))
         return reported(runs[0], found, max(errors))
-
-
-def settled(path: P, most_cycles: int = MOST_CYCLES) -> tuple[SteadyState, P]:
-    """The steady state that cycles lead to from where a transient is, and a transient on it, at the last corner; of increments without their error.
-
-    Raises
-    ------
-    NoContinuation
-        The path ends, or no steady state is proven within `most_cycles`.
-    SolverError
-        The states violate the contact law or the balance of energy by more than the tolerance.
-    """
-    run = Run(path, most_cycles)
-    found = run.settled()
-    return reported(run, found, np.inf if path.steps else 0.0), cast(P, found.path)
 
 
 def reported(run: Run, found: Settled, step_error: float) -> SteadyState:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,14 +48,6 @@ class NewtonIncrement(FrictionIncrement):
     ([[-0.9, -1.2]], [[0.3, 0.4]])
     """
 
-    @cached_property
-    def _sizes(self) -> Array:
-        """(t + 1, N) stiffness of each node against itself, for its tangents the largest in any direction."""
-        t, n = len(self.own) - 1, self.own.shape[1]
-        blocks = self.law.S.reshape(t + 1, n, t + 1, n)[:t, np.arange(n), :t, np.arange(n)]
-        tangent = np.maximum(np.linalg.eigvalsh(blocks)[:, -1], self.own[:-1].max(axis=0))
-        return np.vstack([np.tile(tangent, (t, 1)), self.own[-1]])
-
     def along(self, u: Array, loads: Sequence[Array]) -> Iterator[tuple[Array, Array, NDArray[np.int8]]]:
         """States after several loads in turn, see `FrictionIncrement`; reactions and gaps go on from those before."""
         n, gap, stress = self.system.nodes, self.system.gap, self.system.S @ u
@@ -85,7 +77,7 @@ class NewtonIncrement(FrictionIncrement):
     def _swept(self, u: Array, r: Array) -> tuple[State, Array]:
         """What sweeps make of motions u and reactions r, which they change; the reactions of the state are on the law, those beside it are exact."""
         forces, status = np.empty_like(r), np.empty(self.system.nodes, dtype=np.int8)
-        error = increment(self.law.S, self.law.friction, self.law.own, self._sizes, u, r, forces, status)
+        error = increment(self.law.S, self.law.friction, self.law.own, self.sizes, u, r, forces, status)
         return State(u, forces, status, 0, error), r
 
     def _otherwise(self, posed: Posed, least: float) -> Increment:

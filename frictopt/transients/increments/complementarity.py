@@ -28,29 +28,10 @@ from ...errors import NoContinuation, SolverError
 from ...solve.explain import explain
 from ...solve.solvers import NoOptimum, solve
 from .by_newton import NewtonIncrement
-from .exact import PosedProgram
 from .increment import Increment, Posed
 
 _NOT_CONVEX = ROUNDING  # negative eigenvalues up to this share of the largest entry are rounding
 _TITLE = "friction increment, complementarity"
-
-
-def _complementarity_program(M: Array, c: Array, convex: bool) -> cp.Problem:
-    n = len(c) // 3
-    forward_slip, backward_slip, gap = (cp.Variable(n, name=name) for name in ("forward_slip", "backward_slip", "gap"))
-    z = cp.hstack([forward_slip, backward_slip, gap])
-    forward_slack, backward_slack, p = M[:n] @ z + c[:n], M[n : 2 * n] @ z + c[n : 2 * n], M[2 * n :] @ z + c[2 * n :]
-    rows = {
-        "forward_slip_grows": forward_slip >= 0,
-        "backward_slip_grows": backward_slip >= 0,
-        "no_overlap": gap >= 0,
-        "forward_bound": forward_slack >= 0,
-        "backward_bound": backward_slack >= 0,
-        "no_tension": p >= 0,
-    }
-    symmetric = (M + M.T) / 2
-    work = cp.quad_form(z, cp.psd_wrap(symmetric) if convex else symmetric) + c @ z
-    return cp.Problem(cp.Minimize(work), [row.set_label(name) for name, row in rows.items()])
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +76,21 @@ class ComplementarityProblem:
     @cached_property
     def problem(self) -> cp.Problem:
         """The quadratic program, with variables forward_slip, backward_slip and gap."""
-        return _complementarity_program(self.matrix, self.constant, self.convex)
+        M, c, n = self.matrix, self.constant, len(self.constant) // 3
+        forward_slip, backward_slip, gap = (cp.Variable(n, name=name) for name in ("forward_slip", "backward_slip", "gap"))
+        z = cp.hstack([forward_slip, backward_slip, gap])
+        forward_slack, backward_slack, p = M[:n] @ z + c[:n], M[n : 2 * n] @ z + c[n : 2 * n], M[2 * n :] @ z + c[2 * n :]
+        rows = {
+            "forward_slip_grows": forward_slip >= 0,
+            "backward_slip_grows": backward_slip >= 0,
+            "no_overlap": gap >= 0,
+            "forward_bound": forward_slack >= 0,
+            "backward_bound": backward_slack >= 0,
+            "no_tension": p >= 0,
+        }
+        symmetric = (M + M.T) / 2
+        work = cp.quad_form(z, cp.psd_wrap(symmetric) if self.convex else symmetric) + c @ z
+        return cp.Problem(cp.Minimize(work), [row.set_label(name) for name, row in rows.items()])
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the quadratic program by its names."""
@@ -117,11 +112,11 @@ class ComplementarityProblem:
                 f"complementarity program: not convex, the symmetric part of M has the eigenvalue {self.least_eigenvalue:.3g} (in units of the "
                 "stiffness scale), so that a solver's minimum need not be a state of the contact; solve an ExactIncrement or a FrozenBoundIncrement"
             )
-        program, values = PosedProgram(self.problem, self._posed), self.problem.var_dict
+        values = self.problem.var_dict
         try:
             found, record = solve(
                 self.problem,
-                lambda: program.claim(np.r_[values["forward_slip"].value - values["backward_slip"].value, values["gap"].value]),
+                lambda: self._posed.claim(np.r_[values["forward_slip"].value - values["backward_slip"].value, values["gap"].value], self.problem),
             )
         except NoOptimum as error:
             raise NoContinuation(f"complementarity program: no state obeys the law under this load ({error})") from error

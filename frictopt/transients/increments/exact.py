@@ -4,7 +4,7 @@ Each node sticks, slips along or against +x, or is open. The unknowns are `u = [
 `[q, p] = trial + S u`, and one boolean for each status but sticking. It is for plane contacts: the friction circle of space has no two sides.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import cvxpy as cp
@@ -18,55 +18,11 @@ from ...contact.tolerances import RESIDUAL
 from ...errors import NoContinuation, SolverError
 from ...solve.solvers import NoOptimum, solve
 from ..begin import OPEN
-from .increment import CORRECTIONS, FrictionIncrement, Increment, Posed
-from .newton import Law, State, newton
+from .increment import FrictionIncrement, Increment, Posed
+from .newton import newton
 
 _BOOLEANS = {"forward": 1, "backward": -1, "opened": OPEN}
 _TOUCHES = 0.999  # share of the largest motion or pressure from which on a state touches it
-
-
-@dataclass
-class PosedProgram:
-    """A program of one increment: what it leaves in `u` is made exact by Newton's method, and judged as an increment.
-
-    Attributes
-    ----------
-    problem, posed
-        The program with its parameters set, and the increment.
-    """
-
-    problem: cp.Problem
-    posed: Posed
-
-    def claim(self, u: ArrayLike) -> Increment:
-        """The increment from motions u, dimensionless."""
-        return self.posed.result(newton(self.posed.owner.law, self.posed.trial, np.asarray(u), CORRECTIONS), "", (), self.problem)
-
-
-def _exact_problem(law: Law) -> cp.Problem:
-    n, f = len(law.friction), law.friction
-    dv, w = cp.Variable(n, name="slip_increment"), cp.Variable(n, name="gap")
-    forward, backward, opened = (cp.Variable(n, boolean=True, name=name) for name in _BOOLEANS)
-    trial, expected = cp.Parameter(2 * n, name="trial_reaction"), cp.Parameter((3, n), name="expected_status")
-    largest = cp.Parameter(nonneg=True, name="largest")  # motion and pressure; with it 2 f largest bounds f p + q and f p - q
-
-    r = trial + law.S @ cp.hstack([dv, w])
-    q, bound, p = r[:n], cp.multiply(f, r[n:]), r[n:]
-    rows = {
-        "one_status": forward + backward + opened <= 1,
-        "slips_forward": dv <= largest * (forward + opened),
-        "slips_backward": -dv <= largest * (backward + opened),
-        "no_overlap": w >= 0,
-        "opens": w <= largest * opened,
-        "no_tension": p >= 0,
-        "no_force_across_a_gap": p <= largest * (1 - opened),
-        "forward_bound": bound + q >= 0,
-        "on_forward_bound": bound + q <= largest * cp.multiply(2 * f, 1 - forward),
-        "backward_bound": bound - q >= 0,
-        "on_backward_bound": bound - q <= largest * cp.multiply(2 * f, 1 - backward),
-    }
-    unexpected = cp.sum(cp.multiply(1 - 2 * expected, cp.vstack([forward, backward, opened])))  # but for a constant, how many booleans differ
-    return cp.Problem(cp.Minimize(unexpected), [row.set_label(name) for name, row in rows.items()])
 
 
 class ExactIncrement(FrictionIncrement):
@@ -118,18 +74,40 @@ class ExactIncrement(FrictionIncrement):
     @cached_property
     def problem(self) -> cp.Problem:
         """The mixed-integer program."""
-        return _exact_problem(self.law)
+        n, f = len(self.friction), self.friction
+        dv, w = cp.Variable(n, name="slip_increment"), cp.Variable(n, name="gap")
+        forward, backward, opened = (cp.Variable(n, boolean=True, name=name) for name in _BOOLEANS)
+        trial, expected = cp.Parameter(2 * n, name="trial_reaction"), cp.Parameter((3, n), name="expected_status")
+        largest = cp.Parameter(nonneg=True, name="largest")  # motion and pressure; with it 2 f largest bounds f p + q and f p - q
+
+        r = trial + self.law.S @ cp.hstack([dv, w])
+        q, bound, p = r[:n], cp.multiply(f, r[n:]), r[n:]
+        rows = {
+            "one_status": forward + backward + opened <= 1,
+            "slips_forward": dv <= largest * (forward + opened),
+            "slips_backward": -dv <= largest * (backward + opened),
+            "no_overlap": w >= 0,
+            "opens": w <= largest * opened,
+            "no_tension": p >= 0,
+            "no_force_across_a_gap": p <= largest * (1 - opened),
+            "forward_bound": bound + q >= 0,
+            "on_forward_bound": bound + q <= largest * cp.multiply(2 * f, 1 - forward),
+            "backward_bound": bound - q >= 0,
+            "on_backward_bound": bound - q <= largest * cp.multiply(2 * f, 1 - backward),
+        }
+        unexpected = cp.sum(cp.multiply(1 - 2 * expected, cp.vstack([forward, backward, opened])))  # but for a constant, how many booleans differ
+        return cp.Problem(cp.Minimize(unexpected), [row.set_label(name) for name, row in rows.items()])
 
     def _solved(self, posed: Posed) -> Increment:
-        guess = self._guess(posed)
+        guess = newton(self.law, posed.trial, np.zeros_like(posed.trial))
         known = posed.result(guess, "NEWTON").residual <= RESIDUAL
         largest = self._reach * max(1.0, float(np.abs(np.r_[posed.trial, guess.u, guess.r] if known else posed.trial).max()))
-        values, program = self.problem.param_dict, PosedProgram(self.problem, posed)
+        values = self.problem.param_dict
         values["trial_reaction"].value, values["largest"].value = posed.trial, largest
         values["expected_status"].value = np.array([guess.status == status for status in _BOOLEANS.values()], dtype=np.float64)
         within = f"slip increments and gaps up to {largest * posed.length:.3g} and pressures up to {largest * posed.force:.3g}"
         try:
-            found, record = solve(self.problem, lambda: program.claim(self._motions()))
+            found, record = solve(self.problem, lambda: posed.claim(self._motions(), self.problem))
         except NoOptimum as error:
             if known:  # it disproves what the solvers say
                 raise SolverError(
@@ -144,10 +122,6 @@ class ExactIncrement(FrictionIncrement):
         if max(moved, found.p.max() / posed.force) >= _TOUCHES * largest:
             raise SolverError(f"mixed-integer increment: the state that was found touches {within}; give a larger reach than {self._reach:g}")
         return replace(found, record=replace(found.record, solver=record.solver, attempts=record.attempts))
-
-    def _guess(self, posed: Posed) -> State:
-        """State by Newton's method, whether it obeys the law or not."""
-        return newton(self.law, posed.trial, np.zeros_like(posed.trial))
 
     def _motions(self) -> Array:
         """The motions that stand in the variables, those that their booleans forbid at zero."""

@@ -20,22 +20,11 @@ from ...contact.tolerances import RESIDUAL
 from ...errors import SolverError
 from ...solve.solvers import NoOptimum, solve
 from .increment import CORRECTIONS, FrictionIncrement, Increment, Posed
-from .newton import Law, newton
+from .newton import newton
 
 _SETTLED_BOUND = 1e4 * RESIDUAL  # change of the frozen bound from which on Newton's method makes the state exact
 _SWEEP_OF_CONES = 1e5 * RESIDUAL  # violation with which a cone program of a sweep may end: it only guides the next one
 _SWEEPS = 100  # programs for one increment at most
-
-
-def _frozen_problem(law: Law) -> cp.Problem:
-    t, n = len(law.own) - 1, len(law.friction)
-    dv, w = cp.Variable(n if t == 1 else (n, t), name="slip_increment"), cp.Variable(n, name="gap")
-    trial, bound = cp.Parameter((t + 1) * n, name="trial_reaction"), cp.Parameter(n, nonneg=True, name="friction_bound")
-
-    u = cp.hstack([cp.vec(dv, order="F"), w])
-    energy = cp.quad_form(u, cp.psd_wrap(law.S)) / 2 + trial @ u
-    dissipation = bound @ (cp.abs(dv) if t == 1 else cp.norm(dv, axis=1))
-    return cp.Problem(cp.Minimize(energy + dissipation), [(w >= 0).set_label("no_overlap")])
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +76,14 @@ class FrozenBoundIncrement(FrictionIncrement):
     @cached_property
     def problem(self) -> cp.Problem:
         """The program."""
-        return _frozen_problem(self.law)
+        t, n = len(self.law.own) - 1, len(self.friction)
+        dv, w = cp.Variable(n if t == 1 else (n, t), name="slip_increment"), cp.Variable(n, name="gap")
+        trial, bound = cp.Parameter((t + 1) * n, name="trial_reaction"), cp.Parameter(n, nonneg=True, name="friction_bound")
+
+        u = cp.hstack([cp.vec(dv, order="F"), w])
+        energy = cp.quad_form(u, cp.psd_wrap(self.law.S)) / 2 + trial @ u
+        dissipation = bound @ (cp.abs(dv) if t == 1 else cp.norm(dv, axis=1))
+        return cp.Problem(cp.Minimize(energy + dissipation), [(w >= 0).set_label("no_overlap")])
 
     def _solved(self, posed: Posed) -> Increment:
         law, n, values, attempts = self.law, len(self.friction), self.problem.param_dict, list[Attempt]()

@@ -23,7 +23,7 @@ from ...errors import ModelError, SolverError
 from ...solve.explain import explain
 from ..begin import OPEN
 from ..sliding import check_sliding
-from .newton import Law, State
+from .newton import Law, State, newton
 
 _NO_FORCE = RESIDUAL  # a mean normal force below this share of the largest reaction is no scale: the error of an answer is as large
 
@@ -148,6 +148,10 @@ class Posed:
         record = SolveRecord(solver, attempts, residual, (), perf_counter() - self._started)
         return Increment(slip, gap, q, p, state.status, steps or state.steps, record, problem, owner._title, units)
 
+    def claim(self, u: ArrayLike, problem: cp.Problem) -> Increment:
+        """What a program of the increment leaves in motions u, dimensionless, made exact by Newton's method."""
+        return self.result(newton(self.owner.law, self.trial, np.asarray(u), CORRECTIONS), "", (), problem)
+
 
 class FrictionIncrement(ABC):
     """One friction increment after another of the same contact.
@@ -168,6 +172,11 @@ class FrictionIncrement(ABC):
         """(t + 1, N) dimensionless stiffness of each direction of each node."""
         self.law = Law(system.S / system.stiffness_scale, self.friction, np.tile(self.own.max(axis=0), (len(self.own), 1)))
         """The dimensionless law, with one c and d for all directions of a node."""
+        t, each = system.tangents, np.arange(system.nodes)
+        blocks = self.law.S.reshape(t + 1, len(each), t + 1, len(each))[:t, each, :t, each]
+        tangent = np.maximum(np.linalg.eigvalsh(blocks)[:, -1], self.own[:-1].max(axis=0))
+        self.sizes = np.vstack([np.tile(tangent, (t, 1)), self.own[-1]])
+        """(t + 1, N) stiffness of each node against itself, for its tangents the largest in any direction."""
 
     def solve(self, slip: ArrayLike, bonded: Sequence[ArrayLike]) -> Increment:
         """A state to which a slip can move under a load.
