@@ -132,11 +132,21 @@ def _shear(tensors: Array, n: Array) -> Array:
 
 
 def _amplitude(vectors: Array) -> Array:
-    """Half the largest distance of two of M vectors, (M, ..., 3)."""
-    found = np.zeros(vectors.shape[1:-1])
-    for apart in range(1, len(vectors)):
-        found = np.maximum(found, np.linalg.norm(vectors[apart:] - vectors[:-apart], axis=-1).max(axis=0))
-    return np.asarray(found / 2)
+    """Half the largest distance of two of M vectors, (M, ..., k)."""
+    return np.asarray(np.linalg.norm(furthest(vectors), axis=-1) / 2)
+
+
+def furthest(values: Array) -> Array:
+    """(..., k) difference of those two of M vectors, (M, ..., k), that are furthest apart and not NaN; 0 where there are none."""
+    if values.shape[-1] == 1:
+        return np.asarray(np.nan_to_num(np.fmax.reduce(values, axis=0) - np.fmin.reduce(values, axis=0)))
+    found: Array = np.zeros(values.shape[1:])
+    for apart in range(1, len(values)):
+        change = values[apart:] - values[:-apart]
+        size = np.nan_to_num(np.linalg.norm(change, axis=-1), nan=0.0)[..., None]
+        best = np.take_along_axis(change, size.argmax(axis=0)[None], axis=0)[0]
+        found = np.where(size.max(axis=0) > np.linalg.norm(found, axis=-1, keepdims=True), best, found)
+    return found
 
 
 def _worst(value: Callable[[Array], Array]) -> Array:

@@ -9,6 +9,7 @@ from ..contact.checks import Array, finite_array
 from ..contact.show import components, frame, places
 from ..contact.tolerances import COUNTS
 from ..errors import ModelError
+from .critical_plane import furthest
 from .trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -22,16 +23,16 @@ def fretting_table(states: Trajectory, work: Array, stress: ArrayLike | None, st
     system = states.system
     width, names, unit = (system.width, ("tau", "pressure"), "") if system.width is not None else (np.ones(system.nodes), ("q", "p"), "_force")
     closed = states.gap <= 0
-    furthest = _furthest(np.where(closed, np.moveaxis(_axes(states.slip), -1, 0), np.nan))
-    slip = np.linalg.norm(furthest, axis=0)
+    way = furthest(np.where(closed[..., None], _axes(states.slip), np.nan))
+    slip = np.linalg.norm(way, axis=-1)
     columns: dict[str, ArrayLike] = {"node": np.arange(system.nodes)}
     if system.contact is not None:
         columns["contact"] = system.contact
     columns |= {**places(system), "slip_range": slip}
     for name, values in zip(names, (states.q, states.p), strict=True):
-        part = np.moveaxis(_axes(values), -1, 0) / width
-        columns[f"{name}_amplitude"] = np.linalg.norm(_furthest(part), axis=0) / 2
-        columns |= components(f"{name}_mean", ((part.max(axis=1) + part.min(axis=1)) / 2).T.reshape(values.shape[1:]))
+        part = _axes(values) / width[:, None]
+        columns[f"{name}_amplitude"] = np.linalg.norm(furthest(part), axis=-1) / 2
+        columns |= components(f"{name}_mean", ((part.max(axis=0) + part.min(axis=0)) / 2).reshape(values.shape[1:]))
     columns["work"], columns["share"] = work, work / (work.sum() or 1.0)
     if system.width is not None:
         columns["work_density"] = work / width
@@ -44,8 +45,8 @@ def fretting_table(states: Trajectory, work: Array, stress: ArrayLike | None, st
         if len(sigma) != len(epsilon) or not len(sigma):
             raise ModelError(f"stress, strain: {len(sigma)} and {len(epsilon)} states; give both at the same states, at least one")
         if system.tangents > 1:
-            way = furthest / np.where(slip > COUNTS * np.abs(states.slip).max(), slip, np.nan)
-            sigma, epsilon = (np.einsum("mnab,an,bn->mn", part, way, way) for part in (sigma, epsilon))
+            way = way / np.where(slip > COUNTS * np.abs(states.slip).max(), slip, np.nan)[:, None]
+            sigma, epsilon = (np.einsum("mnab,na,nb->mn", part, way, way) for part in (sigma, epsilon))
         tension = np.maximum(sigma.max(axis=0), 0.0)
         columns[f"F2{unit}"], columns["SWT"] = np.nan_to_num(tension) * first, tension * np.ptp(epsilon, axis=0) / 2
     table = frame(columns, units=system.units)
@@ -56,17 +57,3 @@ def fretting_table(states: Trajectory, work: Array, stress: ArrayLike | None, st
 def _axes(values: Array) -> Array:
     """(T, N, t) values with a last axis for the tangents."""
     return values if values.ndim == 3 else values[..., None]
-
-
-def _furthest(values: Array) -> Array:
-    """(t, N) difference of those two of T vectors, (t, T, N), that are furthest apart and not NaN; 0 where there are none."""
-    found: Array = np.zeros((len(values), values.shape[2]))
-    if len(values) == 1:
-        found = np.nan_to_num(np.fmax.reduce(values, axis=1) - np.fmin.reduce(values, axis=1))
-        return found
-    for apart in range(1, values.shape[1]):
-        change = values[:, apart:] - values[:, :-apart]
-        size = np.nan_to_num(np.linalg.norm(change, axis=0), nan=0.0)
-        best = change[:, size.argmax(axis=0), np.arange(values.shape[2])]
-        found = np.where(size.max(axis=0) > np.linalg.norm(found, axis=0), best, found)
-    return found
