@@ -93,7 +93,9 @@ def _look(asked: argparse.Namespace) -> None:
         print(job, *(f"faces that match: {len(pairs)} pairs" for pairs in job.matching_faces()), sep="\n")
         print(f"next: frictopt condense {asked.file} SYSTEM.npz --contact SET_1 SET_2 --load CASE=SET:pressure=1")
         return
-    system = _system(asked.file)
+    from .contact import ContactSystem
+
+    system = ContactSystem.load(asked.file)
     print(system, _sums(system).to_string(index=False, float_format="{:.5g}".format), sep="\n")
     print(f"next: frictopt limit {asked.file} --mean CASE=1 --corners CASE=-1 CASE=1 --friction 0.5")
     if asked.picture:
@@ -119,7 +121,7 @@ def _limit(asked: argparse.Namespace) -> None:
     from . import contact, limits, transients
     from .histories.plan import read_table
 
-    system, question = _system(asked.file), _KINDS[asked.kind]
+    system, question = contact.ContactSystem.load(asked.file), _KINDS[asked.kind]
     if asked.history:
         cycle = contact.LoadCycle.from_history(read_table(asked.history), mean=asked.mean, tolerance=asked.tolerance)
     else:
@@ -155,12 +157,6 @@ def _merge(asked: argparse.Namespace) -> None:
     from .histories.store import merge_stores
 
     print(f"{merge_stores(asked.into, asked.parts)} runs in {asked.into}")
-
-
-def _system(file: str | Path) -> "ContactSystem":
-    from .contact import ContactSystem
-
-    return ContactSystem.load(file)
 
 
 def _sums(system: "ContactSystem") -> "Table":

@@ -111,7 +111,9 @@ def dissipation_study(
     """
     fields = friction_fields(friction, checked_system(system).nodes, rng)
     checked_cycle(cycle)
-    factors = _checked_factors(load_factors)
+    factors = finite_numbers("load_factors", load_factors, least=0.0)
+    if not factors or len(set(factors)) < len(factors):
+        raise ModelError(f"load_factors: {shown(factors)}; give at least one, and each once")
     begins = checked_starts(starts, system.slip_shape)
     flag("progress", progress)
     chosen = slice(None) if shard is None else _checked_shard(shard)
@@ -177,12 +179,3 @@ def _limit(system: ContactSystem, cycle: LoadCycle, friction: Array) -> Shakedow
         return shakedown_limit(system, cycle, friction)
     except SolverError:
         return None
-
-
-def _checked_factors(load_factors: Iterable[float]) -> list[float]:
-    factors = finite_numbers("load_factors", load_factors, least=0.0)
-    if not factors:
-        raise ModelError("load_factors: empty; give at least one")
-    if len(set(factors)) < len(factors):
-        raise ModelError("load_factors: a value occurs twice; give each once")
-    return factors

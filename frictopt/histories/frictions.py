@@ -24,11 +24,8 @@ def friction_fields(friction: Any, nodes: int, rng: object) -> list[Array]:
         )
     if any(hasattr(item, "rvs") for item in items) and rng is None:
         raise ModelError("rng: None, and friction has a distribution; give a seed, so that the study can be repeated")
-    generator = None if rng is None else _generator(rng)
+    seed = rng if rng is None or isinstance(rng, np.random.Generator) else whole_number("rng", rng, least=0, most=LARGEST_SEED)
+    generator = None if seed is None else np.random.default_rng(seed)
     drawn = [item.rvs(size=nodes, random_state=generator) if hasattr(item, "rvs") else item for item in items]
     column = all(isinstance(item, np.ndarray) and item.shape == (1,) for item in drawn)  # np.c_[...]
     return [frozen(friction_coefficients(item[0] if column else item, nodes)) for item in drawn]
-
-
-def _generator(rng: object) -> np.random.Generator:
-    return rng if isinstance(rng, np.random.Generator) else np.random.default_rng(whole_number("rng", rng, least=0, most=LARGEST_SEED))

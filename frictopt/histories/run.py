@@ -21,6 +21,7 @@ from ..transients import steady_state
 from ..transients.exact.kernel import compiled
 from .starts import Start, root_mean_square, slip_below
 
+_libraries = cache(ThreadpoolController)  # of BLAS, found once
 _BATCH = 16  # runs in one task of an executor: the arrays of their contact are sent once for all of them
 
 Row = dict[str, Any]
@@ -112,11 +113,6 @@ def _follow(runs: Sequence[Run]) -> list[Row]:
     """Follow runs one after the other with one BLAS thread, so that the rows do not depend on the machine, except for the seconds."""
     with _libraries().limit(limits=1):
         return [_row(run) for run in runs]
-
-
-@cache
-def _libraries() -> ThreadpoolController:
-    return ThreadpoolController()
 
 
 def _row(run: Run) -> Row:

@@ -35,7 +35,9 @@ def _wear(history: WearHistory, ax: AxesArray | None = None) -> AxesArray:
         pressure.set_ylabel("pressure at the last corner\n(force per area)")
         legend(depth, "cycles")
         label_panels([depth, pressure], system)
-    _work(work, history)
+    work.plot(table["cycles"], table["work"], color=BLACK, marker=".", markersize=3)
+    per_depth = " per depth" if system.tangents == 1 else ""
+    work.set(xlabel="load cycles", ylabel=f"work of friction per cycle\n(force times length{per_depth})", ylim=(0.0, None))
     return np.array(panels)
 
 
@@ -54,14 +56,6 @@ def _worn_in(end: WornIn, ax: Axes | AxesArray | None = None) -> Axes:
     label_contacts(axes, system)
     legend(axes)
     return axes
-
-
-def _work(axes: Axes, history: WearHistory) -> None:
-    """Work of friction per cycle against cycles."""
-    table = history.to_frame()
-    axes.plot(table["cycles"], table["work"], color=BLACK, marker=".", markersize=3)
-    per_depth = " per depth" if history.system.tangents == 1 else ""
-    axes.set(xlabel="load cycles", ylabel=f"work of friction per cycle\n(force times length{per_depth})", ylim=(0.0, None))
 
 
 def _chosen(history: WearHistory) -> NDArray[np.intp]:

@@ -151,9 +151,9 @@ def furthest(values: Array) -> Array:
 
 def _worst(value: Callable[[Array], Array]) -> Array:
     """(1, 3) normal of the plane with the largest value: the best of a grid over the half-sphere, then of ever finer grids about it."""
-    polar, azimuth = (part.ravel() for part in np.meshgrid(np.arange(0, 91, _STEP), np.arange(0, 360, _STEP)))
+    polar, azimuth = (np.radians(part.ravel()) for part in np.meshgrid(np.arange(0, 91, _STEP), np.arange(0, 360, _STEP)))
     step, around = _STEP, np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)], dtype=float)
-    best = _normals(polar, azimuth)
+    best = np.column_stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)])
     for _ in range(_ROUNDS):
         best = best[[int(np.argmax(value(best)))]]
         first = np.cross(best, np.eye(3)[[int(np.argmin(np.abs(best)))]])
@@ -161,9 +161,3 @@ def _worst(value: Callable[[Array], Array]) -> Array:
         tilted = best + np.tan(np.radians(step)) * (around @ np.concatenate([first, np.cross(best, first)]))
         best, step = tilted / np.linalg.norm(tilted, axis=1)[:, None], step * _FINER
     return best[[int(np.argmax(value(best)))]]
-
-
-def _normals(polar: Array, azimuth: Array) -> Array:
-    """Unit vectors of angles in degrees."""
-    a, b = np.radians(polar), np.radians(azimuth)
-    return np.column_stack([np.sin(a) * np.cos(b), np.sin(a) * np.sin(b), np.cos(a)])
