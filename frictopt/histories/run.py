@@ -19,7 +19,7 @@ from ..errors import FrictoptError, ModelError
 from ..limits import ShakedownLimit
 from ..transients import steady_state
 from ..transients.exact.kernel import compiled
-from .starts import Start, root_mean_square, slip_below
+from .starts import Start, root_mean_square
 
 _libraries = cache(ThreadpoolController)  # of BLAS, found once
 _BATCH = 16  # runs in one task of an executor: the arrays of their contact are sent once for all of them
@@ -118,7 +118,7 @@ def _follow(runs: Sequence[Run]) -> list[Row]:
 def _row(run: Run) -> Row:
     began, case, start, slip = time.perf_counter(), run.case, run.start, np.zeros(run.case.system.slip_shape)
     try:
-        given = slip_below(case.limit, start, case.system, case.cycle, case.friction, run.load_factor)
+        given = start.slip_at(case.system, case.cycle, case.friction, run.load_factor, case.limit)
         slip = slip if given is None else given
         asked, begin = (case.system, case.cycle, case.friction, run.load_factor), slip if start.state is None else None
         steady = steady_state(*asked, initial_slip=begin, initial_state=start.state, overload=start.overload, progress=False)  # the study has a bar

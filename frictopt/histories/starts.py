@@ -80,8 +80,12 @@ class Start(Portable):
         for name, value in checked.items():
             object.__setattr__(self, name, value)
 
-    def slip_at(self, system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, load_factor: float) -> Array | None:
+    def slip_at(
+        self, system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, load_factor: float, limit: ShakedownLimit | None = None
+    ) -> Array | None:
         """Residual slip (N,) with which the run at a load factor starts, length; that of its state, if it has one; None: no slip.
+
+        `limit` is the shakedown limit, if it is known.
 
         Raises
         ------
@@ -90,20 +94,13 @@ class Start(Portable):
         SolverError
             The safe slip, or the shakedown limit, is not found.
         """
-        return slip_below(None, self, system, cycle, friction, load_factor)
-
-
-def slip_below(
-    limit: ShakedownLimit | None, start: Start, system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, load_factor: float
-) -> Array | None:
-    """What `Start.slip_at` says, with the shakedown limit, if it is known."""
-    if start.state is not None:
-        return start.state.slip
-    if start.safe_multiple is None:
-        return start.slip
-    limit = shakedown_limit(system, cycle, friction) if limit is None else limit
-    above = finite_number("load_factor", load_factor, least=0.0) >= limit.load_factor
-    return frozen(start.safe_multiple * (limit.slip if above else safe_slip(system, cycle, friction, load_factor).slip))
+        if self.state is not None:
+            return self.state.slip
+        if self.safe_multiple is None:
+            return self.slip
+        limit = shakedown_limit(system, cycle, friction) if limit is None else limit
+        above = finite_number("load_factor", load_factor, least=0.0) >= limit.load_factor
+        return frozen(self.safe_multiple * (limit.slip if above else safe_slip(system, cycle, friction, load_factor).slip))
 
 
 def no_slip() -> list[Start]:

@@ -11,7 +11,7 @@ from ..contact.checks import Array
 from ..limits import GuaranteedLimit, LeastSlip, RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
 from .along import circle, friction_ratio, label_contacts, lines, lines_or_band, looks, open_nodes
 from .picture import picture
-from .spatial import first_slips, limiting_face, safe_slip_face, weight_map
+from .spatial import face_map, first_slips, limiting_face, safe_slip_face
 from .style import BLACK, GREY, AxesArray, equals, legend, new_axes, no_lines, one_axes
 
 Limit: TypeAlias = ShakedownLimit | RequiredFriction | GuaranteedLimit | SeparatedLimit
@@ -93,7 +93,7 @@ def _least_slip(least: LeastSlip, ax: Axes | None = None) -> Axes:
         claim = f"weighted sum of the slips at least {least.bound:.4g};\n{total if np.isfinite(least.total) else 'no cycle keeps all nodes closed'}"
     axes.set_title(rf"$\lambda = {least.load_factor:.4g}$: {claim}")
     if least.system.tangents == 2:
-        return weight_map(axes, least)
+        return face_map(axes, least.system, least.weight, "weight of the slip between corners (1 / length)")
     lines_or_band(axes, least.system, least.g, least.cycle.corner_names, np.argsort(-np.abs(least.g).sum(axis=1), kind="stable").tolist())
     axes.axhline(0, color=GREY, lw=0.6, zorder=0)
     axes.set_ylabel("weight $g$ of the slip (1 / length)")

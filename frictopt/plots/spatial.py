@@ -12,7 +12,7 @@ from ..contact.checks import Array, Booleans
 from ..contact.coulomb import lengths
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
-from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
+from ..limits import Design, GuaranteedLimit, RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
 from ..transients import SteadyState
 from .along import ratios
 from .bodies import spread
@@ -66,14 +66,9 @@ def steady_map(steady: SteadyState, ax: Axes | AxesArray | None) -> Axes:
     return _finished(axes)
 
 
-def depth_map(axes: Axes, system: ContactSystem, depth: Array) -> None:
-    """Depth worn off at each node, (N,)."""
-    _map(axes, system, depth, "depth worn off (length)", float(depth.max()) or 1.0)
-
-
-def weight_map(axes: Axes, least: LeastSlip) -> Axes:
-    """Weight of the slip between corners of each node."""
-    _map(axes, least.system, least.weight, "weight of the slip between corners (1 / length)", float(least.weight.max()) or 1.0)
+def face_map(axes: Axes, system: ContactSystem, values: Array, name: str) -> Axes:
+    """Values of the nodes, (N,) >= 0, by their name."""
+    _map(axes, system, values, name, float(values.max()) or 1.0)
     return _finished(axes)
 
 

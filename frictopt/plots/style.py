@@ -1,11 +1,13 @@
 """The look of all pictures."""
 
 from contextlib import AbstractContextManager
+from pathlib import Path
 from textwrap import fill
 from typing import Any, TypeAlias
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib import rc_params_from_file
 from matplotlib.axes import Axes
 from matplotlib.text import Text
 from mpl_toolkits.mplot3d import Axes3D
@@ -34,32 +36,8 @@ SERIES: tuple[Look, ...] = (
     {"color": "#767676", "linestyle": (0, (1, 1)), "marker": "*"},
 )
 
-RC: Look = {
-    "font.family": "STIXGeneral",  # comes with matplotlib, so every machine draws the same letters
-    "mathtext.fontset": "stix",
-    "font.size": 8.0,
-    "axes.labelsize": 8.0,
-    "axes.titlesize": 8.0,
-    "xtick.labelsize": 7.5,
-    "ytick.labelsize": 7.5,
-    "legend.fontsize": 7.5,
-    "axes.linewidth": 0.6,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "xtick.minor.width": 0.4,
-    "ytick.minor.width": 0.4,
-    "xtick.direction": "in",
-    "ytick.direction": "in",
-    "xtick.top": True,
-    "ytick.right": True,
-    "lines.linewidth": 1.1,
-    "lines.markersize": 3.2,
-    "hatch.linewidth": 0.5,
-    "legend.frameon": False,
-    "legend.handlelength": 2.6,
-    "pdf.fonttype": 42,  # letters stay text that can be searched and edited
-    "savefig.dpi": 300,
-}
+RC: Look = dict(rc_params_from_file(Path(__file__).with_name("page.mplstyle"), use_default_template=False))
+"""The look on a journal page; in pictures of your own `plt.style.use("frictopt.plots.page")`."""
 
 _SCALE = 1.3  # letters and lines of a picture on a screen, over those on a journal page
 

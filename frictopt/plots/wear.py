@@ -8,9 +8,10 @@ from ..histories.wear_history import WearHistory
 from ..histories.worn_in import WornIn
 from .along import label_contacts, label_panels, lines
 from .picture import picture
-from .spatial import depth_map
+from .spatial import face_map
 from .style import BLACK, FACE, AxesArray, legend, line, new_axes, one_axes, series
 
+_DEPTH = "depth worn off (length)"
 _PROFILES = 6  # contacts whose profiles are drawn
 
 
@@ -23,7 +24,7 @@ def _wear(history: WearHistory, ax: AxesArray | None = None) -> AxesArray:
     table, system = history.to_frame(), history.system
     if system.tangents == 2:
         face, work = panels = new_axes(ax, 2, (FACE[0], 2 * FACE[1]), common_x=False)
-        depth_map(face, system, history.depth[-1])
+        face_map(face, system, history.depth[-1], _DEPTH)
         face.set_title(f"depth worn off after {table['cycles'].iloc[-1]:.4g} cycles")
     else:
         depth, pressure, work = panels = new_axes(ax, 3, (6.4, 8.4), common_x=False)
@@ -31,7 +32,7 @@ def _wear(history: WearHistory, ax: AxesArray | None = None) -> AxesArray:
             look = {**line(number), "label": f"{table['cycles'][row]:.4g}"}
             lines(depth, system, history.depth[row], **look)
             lines(pressure, system, history.pressure[row], **look)
-        depth.set_ylabel("depth worn off (length)")
+        depth.set_ylabel(_DEPTH)
         pressure.set_ylabel("pressure at the last corner\n(force per area)")
         legend(depth, "cycles")
         label_panels([depth, pressure], system)
@@ -48,11 +49,10 @@ def _worn_in(end: WornIn, ax: Axes | AxesArray | None = None) -> Axes:
     axes = one_axes(ax, system.tangents)
     axes.set_title(f"worn in: {int(end.stick.sum())} of {system.nodes} nodes never slip")
     if system.tangents == 2:
-        depth_map(axes, system, end.depth)
-        return axes
+        return face_map(axes, system, end.depth, _DEPTH)
     lines(axes, system, end.depth, color=BLACK, label="depth worn off")
     lines(axes, system, np.where(end.stick, 0.0, np.nan), color=series(0)["color"], lw=3.0, label="never slips")
-    axes.set_ylabel("depth worn off (length)")
+    axes.set_ylabel(_DEPTH)
     label_contacts(axes, system)
     legend(axes)
     return axes
