@@ -225,7 +225,7 @@ def test_a_separated_limit_counts_what_is_fixed_at_each_corner():
 def test_a_study_has_other_keys_with_another_fixed_part(tmp_path):
     contact, cycle, f = fixed_contact(5)
     plain = fo.LoadCycle(cycle.mean, cycle.corners)
-    digests = [Case(contact, one, f, None).digest() for one in (plain, cycle, fo.LoadCycle(cycle.mean, cycle.corners, cycle.fixed[::-1]))]
+    digests = [Case(contact, one, f, None).digest for one in (plain, cycle, fo.LoadCycle(cycle.mean, cycle.corners, cycle.fixed[::-1]))]
     assert len(set(digests)) == 3
     store = tmp_path / "runs.sqlite"
     for one in (plain, cycle):

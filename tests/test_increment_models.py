@@ -8,6 +8,7 @@ import pytest
 
 import frictopt as fo
 from enumeration import admissible_states, distance, random_increment
+from frictopt.contact import SolveRecord
 from frictopt.solve import solvers as policy
 from frictopt.transients.increments import (
     ExactIncrement,
@@ -110,8 +111,8 @@ def test_slip_along_its_friction_is_no_state():
     q = -right.r[0]
     dv = (q - posed.trial[0]) / posed.owner.law.S[0, 0]
     wrong = State(np.array([dv, 0.0]), np.array([q, right.r[1]]), np.ones(1, dtype=np.int8), 0, 0.0)
-    assert right.u[0] < 0 and posed.result(right, "").residual < 1e-12
-    assert wrong.u[0] < 0 and posed.result(wrong, "").residual > 0.3
+    assert right.u[0] < 0 and posed.result(right, SolveRecord()).residual < 1e-12
+    assert wrong.u[0] < 0 and posed.result(wrong, SolveRecord()).residual > 0.3
 
 
 def test_booleans_are_not_believed_before_the_referee(monkeypatch):

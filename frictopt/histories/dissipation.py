@@ -121,10 +121,8 @@ def dissipation_study(
     rows: dict[str, Row] = {}
     with ExitStack() as stack:
         kept = None if store is None else stack.enter_context(closing(Store(store)))
-        cases = {number: Case(system, cycle, f := fields[number], _limit(system, cycle, f)) for number in sorted({one[0] for one in wanted})}
-        digests = {number: case.digest() for number, case in cases.items()}
-        runs = [Run.of(cases[number], digests[number], factor, start) for number, factor, start in wanted]
-        numbers = [number for number, _, _ in wanted]
+        cases = {number: Case(system, cycle, f := fields[number], _limit(system, cycle, f), number) for number in sorted({one[0] for one in wanted})}
+        runs = [Run(cases[number], factor, start) for number, factor, start in wanted]
         keys = {run.key: run for run in runs}
         try:
             if kept is not None:
@@ -136,27 +134,27 @@ def dissipation_study(
                 if kept is not None and answered:
                     kept.write(row)
                 bar.update()
-            return _table(numbers, runs, rows)
+            return _table(runs, rows)
         except StoreError as error:
-            error.table = _table(numbers, runs, rows)
+            error.table = _table(runs, rows)
             raise
         except KeyboardInterrupt as interrupt:
-            table = interrupt.table = _table(numbers, runs, rows)  # type: ignore[attr-defined]  # no class of its own: the exit status stays Python's
+            table = interrupt.table = _table(runs, rows)  # type: ignore[attr-defined]  # no class of its own: the exit status stays Python's
             known = "" if kept is None else f" and in {str(kept.path)!r}, from where the same call goes on"
             interrupt.add_note(f"dissipation_study: {table.attrs['missing']} runs are left; {len(table)} are in the attribute `table`{known}")
             raise
 
 
-def _table(numbers: Sequence[int], runs: Sequence[Run], rows: Mapping[str, Row]) -> pd.DataFrame:
-    """The runs that have a row, in their order, with the numbers of their frictions."""
+def _table(runs: Sequence[Run], rows: Mapping[str, Row]) -> pd.DataFrame:
+    """The runs that have a row, in their order."""
     case = runs[0].case if runs else None
     force = 0.0 if case is None else abs(float(case.cycle.mean_reaction(case.system)[1].sum()))
     scale = case.system.E_star / force**2 if case is not None and case.system.E_star is not None and force**2 > 0 else np.nan
     records = []
-    for number, run in ((number, run) for number, run in zip(numbers, runs, strict=True) if run.key in rows):
+    for run in (run for run in runs if run.key in rows):
         row, start, limit = rows[run.key], run.start, np.nan if run.case.limit is None else run.case.limit.load_factor
         ratio = run.load_factor / limit if limit > 0 and np.isfinite(limit) else np.nan
-        names = {"start": start.name, "family": start.family, "seed": start.seed, "friction_number": number}
+        names = {"start": start.name, "family": start.family, "seed": start.seed, "friction_number": run.case.number}
         found = {"load_ratio": ratio, "shakedown_limit": limit, "dissipation_scaled": row.get("dissipation", np.nan) * scale}
         records.append({**row, **names, **found})
     table = pd.DataFrame(records, columns=_COLUMNS).astype({name: _TYPES.get(name, "float64") for name in _COLUMNS})

@@ -6,7 +6,7 @@ from collections.abc import Generator, Sequence
 from concurrent.futures import Executor, Future, as_completed
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -37,13 +37,17 @@ class Case:
         The contact, its load cycle, and (N,) coefficients of friction.
     limit
         Its shakedown limit; None if no solver proves one.
+    number
+        Its place in the list of frictions.
     """
 
     system: ContactSystem
     cycle: LoadCycle
     friction: Array
     limit: ShakedownLimit | None
+    number: int = 0
 
+    @cached_property
     def digest(self) -> bytes:
         """Digest of the content."""
         reactions = *self.cycle.mean_reaction(self.system), *self.cycle.corner_reactions(self.system)
@@ -53,20 +57,19 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One transient: the key of its content, its case, its start and its load factor."""
+    """One transient: its case, its load factor and its start."""
 
-    key: str
     case: Case
-    start: Start
     load_factor: float
+    start: Start
 
-    @classmethod
-    def of(cls, case: Case, digest: bytes, load_factor: float, start: Start) -> "Run":
-        """The run whose key is a digest of its content; a safe slip enters by its definition, because solvers may find different ones."""
-        state = start.state
+    @cached_property
+    def key(self) -> str:
+        """A digest of the content; a safe slip enters by its definition, because solvers may find different ones."""
+        state, start = self.start.state, self.start
         arrays = () if state is None else (state.slip, state.gap, state.bonded_q, state.bonded_p, state.next_corner)
-        content = _digest(*arrays, load_factor, start.slip, start.safe_multiple, start.overload)
-        return cls(hashlib.sha256(digest + content).hexdigest()[:40], case, start, load_factor)
+        content = _digest(*arrays, self.load_factor, start.slip, start.safe_multiple, start.overload)
+        return hashlib.sha256(self.case.digest + content).hexdigest()[:40]
 
 
 def _digest(*values: ArrayLike | None) -> bytes:

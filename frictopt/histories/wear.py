@@ -1,9 +1,8 @@
 """Wear: how a contact changes over many load cycles, in jumps of cycles between steady states."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -117,7 +116,6 @@ def wear(
         return course.history(reason)
 
 
-@dataclass(eq=False)
 class Course:
     """A contact while it wears.
 
@@ -141,19 +139,13 @@ class Course:
         When it began, for the record.
     """
 
-    per_work: Array
-    tolerance: float
-    settle: Callable[[ContactSystem, ContactState | None], SteadyState]
-    steady: SteadyState
-    cycles: float = 0.0
-    length: float = field(init=False)
-    rows: list[dict[str, Any]] = field(init=False)
-    started: float = field(default_factory=perf_counter)
-
-    def __post_init__(self) -> None:
-        fastest = float((self.damping(self.steady) * np.diag(self.steady.system.C)).max())
-        self.length = float(np.sqrt(self.tolerance)) / fastest if fastest > 0 else np.inf
-        self.rows = [worn_row(self.steady, 0.0)]
+    def __init__(
+        self, per_work: Array, tolerance: float, settle: Callable[[ContactSystem, ContactState | None], SteadyState], steady: SteadyState
+    ) -> None:
+        self.per_work, self.tolerance, self.settle, self.steady = per_work, tolerance, settle, steady
+        self.cycles, self.started, self.rows = 0.0, perf_counter(), [worn_row(steady, 0.0)]
+        fastest = float((self.damping(steady) * np.diag(steady.system.C)).max())
+        self.length = float(np.sqrt(tolerance)) / fastest if fastest > 0 else np.inf
 
     def rate(self, steady: SteadyState) -> Array:
         """(N,) depth per cycle."""

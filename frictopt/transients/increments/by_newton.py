@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...contact.checks import Array
+from ...contact.record import SolveRecord
 from ...contact.tolerances import RESIDUAL, ROUNDING
 from ...errors import SolverError
 from ..exact.kernel import increment
@@ -15,6 +16,7 @@ from .frozen_bound import FrozenBoundIncrement
 from .increment import FrictionIncrement, Increment, Posed, force_scale
 from .newton import State, by_friction, newton
 
+_NEWTON = SolveRecord("NEWTON")
 _SCALES = (1.0, 10.0, 0.1, 100.0, 0.01)  # of the c and d of Newton's method, tried in this order
 
 
@@ -69,9 +71,9 @@ class NewtonIncrement(FrictionIncrement):
         """From where sweeps end; else from no motion, by c of nodes and of directions; then from the states of less friction."""
         state, _ = self._swept(np.zeros_like(posed.trial), posed.trial.copy())
         if state.error <= ROUNDING:
-            return posed.result(state, "SWEEPS", residual=state.error)
+            return posed.result(state, SolveRecord("SWEEPS"), residual=state.error)
         start = state.u if np.isfinite(state.u).all() else np.zeros_like(state.u)
-        found = posed.result(newton(self.law, posed.trial, start, enough=ROUNDING), "NEWTON")
+        found = posed.result(newton(self.law, posed.trial, start, enough=ROUNDING), _NEWTON)
         return found if found.record.residual <= RESIDUAL else self._otherwise(posed, found.record.residual)
 
     def _swept(self, u: Array, r: Array) -> tuple[State, Array]:
@@ -85,7 +87,7 @@ class NewtonIncrement(FrictionIncrement):
         laws, still = (self.law, replace(self.law, own=np.vstack([tangent, self.own[-1]]))), np.zeros_like(posed.trial)
         ways = [partial(newton, replace(law, own=scale * law.own), posed.trial, still) for law in laws for scale in _SCALES]
         for way in [*ways, *(partial(by_friction, law, posed.trial) for law in laws)]:
-            found = posed.result(way(), "NEWTON")
+            found = posed.result(way(), _NEWTON)
             if found.record.residual <= RESIDUAL:
                 return found
             least = min(least, found.record.residual)

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from ...contact import ContactSystem
 from ...contact.checks import Array, finite_number
+from ...contact.record import SolveRecord
 from ...contact.system import checked_plane
 from ...contact.tolerances import RESIDUAL
 from ...errors import NoContinuation, SolverError
@@ -100,7 +101,7 @@ class ExactIncrement(FrictionIncrement):
 
     def _solved(self, posed: Posed) -> Increment:
         guess = newton(self.law, posed.trial, np.zeros_like(posed.trial))
-        known = posed.result(guess, "NEWTON").residual <= RESIDUAL
+        known = posed.result(guess, SolveRecord("NEWTON")).residual <= RESIDUAL
         largest = self._reach * max(1.0, float(np.abs(np.r_[posed.trial, guess.u, guess.r] if known else posed.trial).max()))
         values = self.problem.param_dict
         values["trial_reaction"].value, values["largest"].value = posed.trial, largest

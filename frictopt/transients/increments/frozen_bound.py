@@ -8,14 +8,14 @@ because its optimality conditions are the contact law with g in place of f p. Th
 quadratic program; in space the lengths |dv| make cones.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import cvxpy as cp
 import numpy as np
 
 from ...contact.checks import Array
-from ...contact.record import Attempt
+from ...contact.record import Attempt, SolveRecord
 from ...contact.tolerances import RESIDUAL
 from ...errors import SolverError
 from ...solve.solvers import NoOptimum, solve
@@ -103,7 +103,7 @@ class FrozenBoundIncrement(FrictionIncrement):
             step = law.friction * np.maximum((posed.trial + law.S @ u)[-n:], 0.0) - bound
             settled = bool(np.abs(step).max() <= _SETTLED_BOUND)
             state = newton(law, posed.trial, u) if settled else newton(law, posed.trial, u, CORRECTIONS)
-            found = posed.result(state, record.solver, tuple(attempts), self.problem, steps=sweep)
+            found = posed.result(replace(state, steps=sweep), SolveRecord(record.solver, tuple(attempts)), self.problem)
             if found.residual <= RESIDUAL:
                 return found
             left = found.residual

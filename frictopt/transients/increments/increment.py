@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import IO, ClassVar
 
@@ -15,7 +15,7 @@ from ...contact import ContactSystem, friction_coefficients
 from ...contact.checks import Array, finite_array
 from ...contact.coulomb import off_law
 from ...contact.parts import joined, parted
-from ...contact.record import Attempt, Recorded, SolveRecord
+from ...contact.record import Recorded, SolveRecord
 from ...contact.show import components, frame
 from ...contact.system import checked_system
 from ...contact.tolerances import RESIDUAL
@@ -127,16 +127,8 @@ class Posed:
         self.length = self.force / system.stiffness_scale
         self.trial = self.reactions / self.force
 
-    def result(
-        self,
-        state: State,
-        solver: str,
-        attempts: tuple[Attempt, ...] = (),
-        problem: cp.Problem | None = None,
-        steps: int = 0,
-        residual: float | None = None,
-    ) -> Increment:
-        """The state in the caller's units, with what the referee says of it unless that is known; `steps` are those of the state, unless given."""
+    def result(self, state: State, how: SolveRecord, problem: cp.Problem | None = None, residual: float | None = None) -> Increment:
+        """The state in the caller's units, and how it was found, with what the referee says of it unless that is known."""
         owner, system = self.owner, self.owner.system
         (dv, w), (q, p) = parted(state.u, system.tangents + 1), parted(self.force * state.r, system.tangents + 1)
         slip, gap = np.where(dv != 0, self.slip + self.length * dv, self.slip), self.length * np.maximum(w, 0.0)
@@ -145,12 +137,12 @@ class Posed:
             errors = off_law(system, owner.friction, joined(*self.bonded), u, self.force * state.r, self.force, before)
             residual = float(np.nan_to_num(errors, nan=np.inf, posinf=np.inf).max())
         units = dict.fromkeys(("slip_increment", "gap", "forward_slip", "backward_slip"), self.length)
-        record = SolveRecord(solver, attempts, residual, (), perf_counter() - self._started)
-        return Increment(slip, gap, q, p, state.status, steps or state.steps, record, problem, owner._title, units)
+        record = replace(how, residual=residual, seconds=perf_counter() - self._started)
+        return Increment(slip, gap, q, p, state.status, state.steps, record, problem, owner._title, units)
 
     def claim(self, u: ArrayLike, problem: cp.Problem) -> Increment:
         """What a program of the increment leaves in motions u, dimensionless, made exact by Newton's method."""
-        return self.result(newton(self.owner.law, self.trial, np.asarray(u), CORRECTIONS), "", (), problem)
+        return self.result(newton(self.owner.law, self.trial, np.asarray(u), CORRECTIONS), SolveRecord(), problem)
 
 
 class FrictionIncrement(ABC):
