@@ -98,8 +98,7 @@ def _look(asked: argparse.Namespace) -> None:
     system = ContactSystem.load(asked.file)
     print(system, _sums(system).to_string(index=False, float_format="{:.5g}".format), sep="\n")
     print(f"next: frictopt limit {asked.file} --mean CASE=1 --corners CASE=-1 CASE=1 --friction 0.5")
-    if asked.picture:
-        _draw(system, asked.picture)
+    _written(asked.picture, system)
 
 
 def _condense(asked: argparse.Namespace) -> None:
@@ -130,7 +129,7 @@ def _limit(asked: argparse.Namespace) -> None:
     table = found.to_frame()
     print(found)
     print(table.head(_ROWS).to_string(index=False, float_format="{:.5g}".format))
-    _written(asked.table, asked.picture, table, found)
+    _written(asked.picture, found, asked.table, table)
 
 
 def _study(asked: argparse.Namespace) -> None:
@@ -150,7 +149,7 @@ def _study(asked: argparse.Namespace) -> None:
     print(table.groupby(["friction", "load_factor", "outcome"]).size().rename("runs").reset_index().to_string(index=False))
     print(f"kept in {store}")
     if asked.shard is None:
-        _written(asked.table or files.get("table"), asked.picture or files.get("picture"), table, table, "study")
+        _written(asked.picture or files.get("picture"), table, asked.table or files.get("table"), table, "study")
 
 
 def _merge(asked: argparse.Namespace) -> None:
@@ -172,22 +171,17 @@ def _sums(system: "ContactSystem") -> "Table":
     return frame({"load case": list(system.bonded), **dict(zip(names, rows.T, strict=True))})
 
 
-def _written(file: Path | None, picture: Path | None, table: "Table", result: object, kind: str = "") -> None:
+def _written(picture: Path | None, result: object, file: Path | None = None, table: Any = None, kind: str = "") -> None:
     if file:
         getattr(table, WRITERS[file.suffix])(file, index=False)
     if picture:
-        _draw(result, picture, kind)
+        from .plots.draw import draw
 
-
-def _draw(result: object, file: Path, kind: str = "") -> None:
-    from .plots.draw import draw
-
-    axes: Any = draw(result, kind=kind)
-    first = getattr(axes, "flat", [axes])[0]
-    try:
-        first.figure.savefig(file, bbox_inches="tight")
-    except ValueError as error:
-        raise ModelError(f"--picture: {error}") from error
+        axes: Any = draw(result, kind=kind)
+        try:
+            getattr(axes, "flat", [axes])[0].figure.savefig(picture, bbox_inches="tight")
+        except ValueError as error:
+            raise ModelError(f"--picture: {error}") from error
 
 
 def _loads(text: str) -> dict[str, float]:

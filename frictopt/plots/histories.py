@@ -1,0 +1,199 @@
+"""Pictures of what follows from many transients: what was tried, damping, wear, and the runs of a study."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
+from numpy.typing import NDArray
+
+from ..contact.answers import Outcome
+from ..contact.checks import Array
+from ..contact.show import Table
+from ..histories.damping import DampingCurve
+from ..histories.excursion import LeastExcursion
+from ..histories.guarantee import NO_OUTCOME, GuaranteeCheck
+from ..histories.protocols import REST, SLIP, UNDECIDED, LimitAfterProtocol
+from ..histories.wear_history import WearHistory
+from ..histories.worn_in import WornIn
+from .along import label_contacts, label_panels, lines
+from .picture import picture
+from .spatial import face_map
+from .style import BLACK, FACE, GREY, SERIES, AxesArray, equals, legend, line, new_axes, no_lines, one_axes, series
+
+_STRIP = (6.4, 2.4)  # size of a picture with a row for each outcome, inches
+_ROWS = {REST: "comes to rest", SLIP: "keeps slipping", UNDECIDED: "undecided"}
+_PLAIN = 30  # load factors within it have plain numbers, not powers of ten
+_DEPTH = "depth worn off (length)"
+_PROFILES = 6  # contacts whose profiles are drawn
+
+
+@picture.register
+def _practical_limit(limit: LimitAfterProtocol, ax: Axes | None = None) -> Axes:
+    """The load factors tried, in a row for each outcome."""
+    (axes,) = new_axes(ax, size=_STRIP)
+    again = "" if limit.monotonic else ", and at some load factors above"
+    axes.set_title(equals(r"comes to rest up to $\lambda$", limit.load_factor) + again)
+    _rows(axes, limit.tried["load_factor"], limit.tried["outcome"])
+    axes.axvline(limit.load_factor, color=GREY, lw=0.8, zorder=0, label="practical limit")
+    _limit_line(axes, r"shakedown limit $\lambda_2$", limit.shakedown_limit, BLACK)
+    axes.set_xlabel(r"load factor $\lambda$")
+    axes.set_xlim(left=0.0)
+    legend(axes)
+    return axes
+
+
+@picture.register
+def _excursion(found: LeastExcursion, ax: Axes | None = None) -> Axes:
+    """The shares of the excursion tried, in a row for each outcome; a share may have several, for the start is the hardest one then."""
+    (axes,) = new_axes(ax, size=_STRIP)
+    if not len(found.tried):
+        return no_lines(axes, "all starts come to rest without an excursion")
+    if found.loads is None:
+        axes.set_title("no share of the excursion tried brings all starts to rest")
+    else:
+        loads = ", ".join(f"{name} = {value:.4g}" for name, value in found.loads.items())
+        axes.set_title(f"least excursion found: {found.share:.4g} of the largest, to {loads}")
+    _rows(axes, found.tried["share"], found.tried["outcome"])
+    if np.isfinite(found.share):
+        axes.axvline(found.share, color=GREY, lw=0.8, zorder=0, label="least found")
+        legend(axes)
+    axes.set(xlabel="share of the largest excursion", xlim=(0.0, 1.02))
+    return axes
+
+
+@picture.register
+def _guarantee_check(check: GuaranteeCheck, ax: Axes | None = None) -> Axes:
+    """Which share of the starts of each kind has come to rest after so many cycles."""
+    (axes,) = new_axes(ax)
+    axes.set_title(equals(r"check of the guaranteed limit $\lambda_1$", check.limit.load_factor))
+    most = int(check.runs["cycles"].max())
+    for number, ((factor, kind), runs) in enumerate(check.runs.groupby(["load_factor", "start"], sort=False)):
+        rests = np.sort(runs.loc[runs["outcome"] == Outcome.SHAKEDOWN.name, "cycles"])
+        cycles, share = np.r_[0, rests, most], np.r_[0, np.arange(1, len(rests) + 1), len(rests)] / len(runs)
+        name, undecided = rf"{kind}, $\lambda = {factor:.4g}$: {len(rests)} of {len(runs)}", int((runs["outcome"] == NO_OUTCOME).sum())
+        axes.step(cycles, share, where="post", label=f"{name}, {undecided} undecided" if undecided else name, **line(number))
+    axes.locator_params(axis="x", integer=True)
+    axes.set(xlabel="cycles followed", ylabel="share of the starts at rest", ylim=(-0.05, 1.05))
+    legend(axes, "at rest in the end")
+    return axes
+
+
+def _limit_line(axes: Axes, name: str, limit: float, color: str) -> None:
+    """Draw a limit, where it is finite and above 0, across an axis of load factors."""
+    if np.isfinite(limit) and limit > 0:
+        axes.axvline(limit, color=color, lw=0.8, linestyle="--", zorder=0, label=equals(name, limit))
+
+
+def _rows(axes: Axes, at: Array, outcomes: Array) -> None:
+    """Draw a mark for each thing tried, in the row of its outcome."""
+    names = [outcome for outcome in _ROWS if outcome != UNDECIDED or (outcomes == UNDECIDED).any()]
+    for row, outcome in enumerate(names):
+        tried = at[outcomes == outcome]
+        look = {"color": series(row)["color"], "marker": series(row)["marker"], "markersize": 5, "mfc": "none"}
+        axes.plot(tried, np.full(len(tried), row), linestyle="none", **look)
+    axes.set(yticks=range(len(names)), yticklabels=[_ROWS[name] for name in names], ylim=(-0.6, len(names) - 0.4))
+    axes.tick_params(axis="y", length=0)
+
+
+@picture.register
+def _damping_curve(curve: DampingCurve, ax: AxesArray | None = None) -> AxesArray:
+    """Frequency above, damping below, over the load factor (log), each with the band of the residual slips; limits as lines."""
+    frequency, damping = panels = new_axes(ax, 2, (6.4, 5.4))
+    for axes, name in ((frequency, "frequency"), (damping, "damping")):
+        look = series(0)
+        axes.plot(curve.load_factor, getattr(curve, name), color=look["color"], marker=look["marker"], label="without residual slip")
+        least, most = (getattr(curve, f"{end}_{name}") for end in ("least", "most"))
+        if not np.isnan(least).all():
+            axes.fill_between(curve.load_factor, least, most, color=look["color"], alpha=0.2, lw=0, label="range over residual slips")
+        _limit_line(axes, r"guaranteed limit $\lambda_1$", curve.guaranteed_limit, GREY)
+        _limit_line(axes, r"shakedown limit $\lambda_2$", curve.shakedown_limit, BLACK)
+        axes.set_xscale("log")
+    if curve.load_factor[-1] < _PLAIN * curve.load_factor[0]:
+        damping.xaxis.set(major_locator=LogLocator(subs=(1, 2, 3, 5, 7)), major_formatter=ScalarFormatter(), minor_formatter=NullFormatter())
+    frequency.axhline(curve.natural_frequency, color=GREY, lw=0.6, zorder=0)
+    frequency.set_ylabel("frequency (cycles per time)")
+    damping.set(xlabel=r"load factor $\lambda$", ylabel=r"damping ratio $\zeta$")
+    legend(frequency)
+    return np.array(panels)
+
+
+@picture.register
+def _wear(history: WearHistory, ax: AxesArray | None = None) -> AxesArray:
+    """Three panels: depth worn off and pressure along the contact after some numbers of cycles; work of friction per cycle against cycles.
+
+    In space two: a map of the depth in the end, and the work of friction per cycle.
+    """
+    table, system = history.to_frame(), history.system
+    if system.tangents == 2:
+        face, work = panels = new_axes(ax, 2, (FACE[0], 2 * FACE[1]), common_x=False)
+        face_map(face, system, history.depth[-1], _DEPTH)
+        face.set_title(f"depth worn off after {table['cycles'].iloc[-1]:.4g} cycles")
+    else:
+        depth, pressure, work = panels = new_axes(ax, 3, (6.4, 8.4), common_x=False)
+        for number, row in enumerate(_chosen(history)):
+            look = {**line(number), "label": f"{table['cycles'][row]:.4g}"}
+            lines(depth, system, history.depth[row], **look)
+            lines(pressure, system, history.pressure[row], **look)
+        depth.set_ylabel(_DEPTH)
+        pressure.set_ylabel("pressure at the last corner\n(force per area)")
+        legend(depth, "cycles")
+        label_panels([depth, pressure], system)
+    work.plot(table["cycles"], table["work"], color=BLACK, marker=".", markersize=3)
+    per_depth = " per depth" if system.tangents == 1 else ""
+    work.set(xlabel="load cycles", ylabel=f"work of friction per cycle\n(force times length{per_depth})", ylim=(0.0, None))
+    return np.array(panels)
+
+
+@picture.register
+def _worn_in(end: WornIn, ax: Axes | AxesArray | None = None) -> Axes:
+    """Depth worn off along the contact, and the nodes that never slip; in space a map of the depth."""
+    system = end.system
+    axes = one_axes(ax, system.tangents)
+    axes.set_title(f"worn in: {int(end.stick.sum())} of {system.nodes} nodes never slip")
+    if system.tangents == 2:
+        return face_map(axes, system, end.depth, _DEPTH)
+    lines(axes, system, end.depth, color=BLACK, label="depth worn off")
+    lines(axes, system, np.where(end.stick, 0.0, np.nan), color=series(0)["color"], lw=3.0, label="never slips")
+    axes.set_ylabel(_DEPTH)
+    label_contacts(axes, system)
+    legend(axes)
+    return axes
+
+
+def _chosen(history: WearHistory) -> NDArray[np.intp]:
+    """Rows at about even steps of the largest depth, the first and the last one among them."""
+    largest = history.depth.max(axis=1)
+    between = [np.abs(largest - part).argmin() for part in np.linspace(0.0, largest[-1], _PROFILES)[:-1]]
+    return np.unique([*between, len(largest) - 1])
+
+
+def runs_of(table: Table, ax: Axes | None = None) -> Axes:
+    """Steady dissipation against the load, over a finite lambda_2; a look for each family of starts, a colour for each of several frictions."""
+    (axes,) = new_axes(ax)
+    runs = table[table["outcome"] != "FAILED"]
+    slips = runs["dissipation"] > 0
+    low, high = (runs.loc[slips, "dissipation"].min() / 3, runs.loc[slips, "dissipation"].max() * 3) if slips.any() else (0.1, 10.0)
+    bounded = bool(np.isfinite(runs["load_ratio"]).all())
+    families, frictions = ({name: k for k, name in enumerate(table[column].unique())} for column in ("family", "friction_number"))
+    several = len(frictions) > 1
+    for (family, friction), rows in runs.groupby(["family", "friction_number"], sort=False):
+        at = np.where(rows["dissipation"] > 0, rows["dissipation"], low / 2)
+        color, marker = series(frictions[friction] if several else families[family])["color"], series(families[family])["marker"]
+        load = rows["load_ratio" if bounded else "load_factor"]
+        axes.plot(load, at, linestyle="none", markersize=5, mfc="none", color=color, marker=marker, label=None if several else family)
+    if several:
+        for family, number in families.items():
+            axes.plot([], [], color=BLACK, marker=series(number)["marker"], linestyle="none", mfc="none", label=family)
+        for friction, number in list(frictions.items())[: len(SERIES)]:
+            row = table[table["friction_number"] == friction].iloc[0]
+            scattered = rf" $\pm$ {row['friction_std']:.2g}" if row["friction_std"] > 0 else ""
+            axes.plot([], [], color=series(number)["color"], lw=3, label=f"$f$ = {row['friction']:.4g}{scattered}")
+    axes.axhline(low, color=BLACK, lw=0.6)
+    axes.set(yscale="log", ylim=(low / 4, high), ylabel="work of friction per cycle, $W$\n(force times length per depth)")
+    axes.annotate("$W = 0$", (1, low / 2), (5, 0), xycoords=("axes fraction", "data"), textcoords="offset points", va="center")
+    axes.set_xlabel(r"load factor over the shakedown limit, $\lambda / \lambda_2$" if bounded else r"load factor $\lambda$")
+    if bounded:
+        axes.axvline(1, color=BLACK, lw=0.8, linestyle="--")
+    if len(runs) < len(table):
+        axes.set_title(f"{len(table) - len(runs)} of {len(table)} runs failed")
+    legend(axes, "start and friction" if several else "start")
+    return axes
