@@ -169,7 +169,7 @@ FAULTS = (
           "here[here] = places_among(image[nodes[:, here]].T, nodes.T) >= 0", "pass", "matching"),
     Fault("fem/matrices/substructure.py", "directions change one node late", 'side="right") - 1', 'side="left") - 1', "doors"),
     Fault("fem/paraview.py", "the shear of body 2 on body 1 the other way", "fields.q.T / width", "-fields.q.T / width", "paraview"),
-    Fault("fem/recovery.py", "von Mises' stress with too little shear", "/ 2 + 3 * shear", "/ 2 + 2 * shear", "paraview"),
+    Fault("fem/recovery.py", "von Mises' stress with too little shear", "/ 2 + 3 * (stress", "/ 2 + 2 * (stress", "paraview"),
     Fault("fem/matrices/ansys.py", "one triangle is not mirrored", "upper + triu(upper, 1).T", "upper + upper.T", "ansys"),
     # solve
     Fault("solve/standard_form.py", "rows that do not bind become equations", "form.linear[y[form.linear] > share",
