@@ -126,7 +126,7 @@ SYSTEM = (
     "import numpy as np, frictopt as fo\n"
     "one = np.eye(2)\n"
     "s = fo.ContactSystem.from_blocks(one, 0.1 * one, one, [0, 1], {'P': ([0, 0], [1, 1]), 'Q': ([1, 0], [0, 0])})\n"
-    "fo.reference.critical_friction(1.0, 0.5)\n"
+    "fo.reference.sliding_corner_exponent(0.5)\n"
 )
 
 

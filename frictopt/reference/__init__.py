@@ -17,8 +17,7 @@ from .sliding_corner import sliding_corner_exponent
 from .smallest_circle import smallest_circle, smallest_circle_limit
 from .sphere_contact import SphereContact
 from .two_nodes import TwoNodeLimits, two_node_limits
-from .uncoupled import bonded_onset, uncoupled_limit
-from .wedging import critical_friction, tilted_bar
+from .uncoupled import uncoupled_limit
 
 __all__ = [
     "ContactArrays",
@@ -27,9 +26,7 @@ __all__ = [
     "SphereContact",
     "TwoNodeLimits",
     "bonded_corner",
-    "bonded_onset",
     "contact_modulus",
-    "critical_friction",
     "foundation_rod",
     "half_plane_contact",
     "half_plane_influence",
@@ -44,7 +41,6 @@ __all__ = [
     "sliding_corner_exponent",
     "smallest_circle",
     "smallest_circle_limit",
-    "tilted_bar",
     "two_node_limits",
     "uncoupled_limit",
 ]

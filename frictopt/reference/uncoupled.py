@@ -1,4 +1,4 @@
-"""Contacts in which one node does not feel another: onset of slip of the bonded contact, limits of uncoupled and proportionally coupled systems."""
+"""Contacts in which one node does not feel another: limits of uncoupled and proportionally coupled systems."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -6,51 +6,6 @@ from numpy.typing import ArrayLike
 from ..errors import ModelError
 from ._checks import per_node
 from ._numerics import least_ratio
-
-
-def bonded_onset(q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, f: ArrayLike) -> float:
-    """Load factor at which the bonded contact first slips at one of the two corners of the cycle.
-
-    Each node holds as long as `|q| <= f p` at both corners; without slip the reactions are `q = q0 + lam s q1`, `p = p0 + lam s p1`,
-    `s = -1, +1`, whatever the stiffness, so that::
-
-        onset = min over nodes of  min((f p0 + q0) / |q1 + f p1|, (f p0 - q0) / |q1 - f p1|)
-
-    Parameters
-    ----------
-    q0, p0
-        Bonded reactions of the mean load, tangential (along +x) and normal (compression positive), (N,) or one number, force per depth.
-    q1, p1
-        Bonded reactions of the corner `s = +1` at load factor one, (N,) or one number, force per depth.
-    f
-        Coefficient of friction, (N,) or one number, dimensionless, positive.
-
-    Returns
-    -------
-    float
-        Dimensionless; inf if the load never brings a node to slip, nan if the mean load alone already does.
-
-    Raises
-    ------
-    ModelError
-        Values that are not real and finite, lengths that do not match, friction not positive.
-
-    References
-    ----------
-    R. C. Flicek, D. A. Hills, J. R. Barber and D. Dini (2015), determination of the shakedown limit for large, discrete frictional systems.
-
-    Examples
-    --------
-    >>> from frictopt.reference import bonded_onset
-    >>> bonded_onset(q0=0.0, p0=[1.0, 2.0], q1=[1.0, 1.0], p1=0.0, f=0.5)
-    0.5
-    """
-    q0, p0, q1, p1, f = per_node(q0=q0, p0=p0, q1=q1, p1=p1, f=f)
-    return least_ratio(
-        strength=np.array([f * p0 + q0, f * p0 - q0]),
-        demand=np.array([np.abs(q1 + f * p1), np.abs(q1 - f * p1)]),
-        terms=np.abs(q0) + f * np.abs(p0),
-    )
 
 
 def uncoupled_limit(q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, f: ArrayLike, *, d: ArrayLike = 0.0) -> float:
