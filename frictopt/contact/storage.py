@@ -143,27 +143,24 @@ def _read_matrix_market(path: Path, shape: tuple[int | None, int]) -> Array:
 def _matrix(head: list[str], sizes: list[int], numbers: Array) -> Array:
     """The matrix from the first line, the sizes and the numbers of a Matrix Market file."""
     rows, columns = sizes[:2]
-    if head[4:] == ["symmetric"] and rows != columns:
-        raise ValueError("a symmetric matrix is square")
     match head:
-        case ["%%matrixmarket", "matrix", "array", "real" | "double" | "integer", "general"]:
-            return numbers.reshape(columns, rows).T
-        case ["%%matrixmarket", "matrix", "array", "real" | "double" | "integer", "symmetric"]:  # the lower triangle, column by column
-            if numbers.size != rows * (rows + 1) // 2:
-                raise ValueError(f"{numbers.size} numbers are no triangle of {rows} x {columns}")
-            column, row = np.triu_indices(rows)
-            matrix = np.zeros((rows, columns))
-            matrix[row, column] = matrix[column, row] = numbers
-            return matrix
-        case ["%%matrixmarket", "matrix", "coordinate", "real" | "double" | "integer", "general" | "symmetric"]:
-            values, given = numbers.reshape(sizes[2], 3), np.zeros((rows, columns))
-            if not (np.isin(values[:, 0], np.arange(1, rows + 1)) & np.isin(values[:, 1], np.arange(1, columns + 1))).all():
-                raise ValueError("an entry lies outside the matrix")
-            row, column = values[:, :2].T.astype(np.intp) - 1
-            np.add.at(given, (row, column), values[:, 2])
-            if head[4] == "general":
-                return given
-            if (row < column).any():
-                raise ValueError("a symmetric matrix lists its lower triangle")
-            return given + given.T - np.diag(given.diagonal())
-    raise ValueError(f"{' '.join(head)!r}: it must be array or coordinate, real or integer, general or symmetric")
+        case ["%%matrixmarket", "matrix", "array" | "coordinate" as form, "real" | "double" | "integer", "general" | "symmetric" as symmetry]:
+            given = np.zeros((rows, columns))
+        case _:
+            raise ValueError(f"{' '.join(head)!r}: it must be array or coordinate, real or integer, general or symmetric")
+    if symmetry == "symmetric" and rows != columns:
+        raise ValueError("a symmetric matrix is square")
+    if form == "coordinate":
+        entries = numbers.reshape(sizes[2], 3)
+        if not (np.isin(entries[:, 0], np.arange(1, rows + 1)) & np.isin(entries[:, 1], np.arange(1, columns + 1))).all():
+            raise ValueError("an entry lies outside the matrix")
+        np.add.at(given, tuple(entries[:, :2].T.astype(np.intp) - 1), entries[:, 2])
+    elif symmetry == "general":
+        return numbers.reshape(columns, rows).T
+    else:
+        given[np.triu_indices(rows)[::-1]] = numbers.reshape(rows * (rows + 1) // 2)  # the lower triangle, column by column
+    if symmetry == "general":
+        return given
+    if np.triu(given, 1).any():
+        raise ValueError("a symmetric matrix lists its lower triangle")
+    return given + np.tril(given, -1).T

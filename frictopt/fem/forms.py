@@ -20,6 +20,7 @@ Amount: TypeAlias = float | Callable[..., ArrayLike]
 
 _FACETS = {2: ElementLineP1, 3: ElementTriP1, 4: ElementQuad1}  # by the number of corners
 _ORDER = 5  # of the integration over facets
+MOMENTS = LinearForm(lambda v, w: w.amount * v)  # of an amount at the points of integration with the function of each node
 
 
 class Part:
@@ -101,8 +102,7 @@ def volume_forces(mesh: Mesh, force: Callable[[Array], Array], kinematics: Kinem
     """(d, nodes) nodal forces of a force per volume, a function of points (d, ...)."""
     basis = basis_of(mesh)
     points = np.asarray(basis.global_coordinates())
-    form = LinearForm(lambda v, w: w.amount * v)
-    return np.array([form.assemble(basis, amount=part) for part in force(points) * circumference(points[0], kinematics)])
+    return np.array([MOMENTS.assemble(basis, amount=part) for part in force(points) * circumference(points[0], kinematics)])
 
 
 def gradient_forces(basis: Basis, stress: Array, kinematics: Kinematics) -> Array:
@@ -112,5 +112,5 @@ def gradient_forces(basis: Basis, stress: Array, kinematics: Kinematics) -> Arra
     axes = range(basis.mesh.dim())
     forces = np.array([LinearForm(lambda v, w, a=a: w.amount * v.grad[a]).assemble(basis, amount=amount) for a in axes])
     if kinematics == "axisymmetric":
-        forces[0] += LinearForm(lambda v, w: w.amount * v).assemble(basis, amount=amount / x)
+        forces[0] += MOMENTS.assemble(basis, amount=amount / x)
     return forces

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
-from skfem import Basis, BilinearForm, ElementVector, LinearForm
+from skfem import Basis, BilinearForm, ElementVector
 
 from ..contact.checks import Array, finite_number, frozen, shown, whole_number
 from ..contact.show import Plotted, Shown
@@ -21,6 +21,7 @@ from .bodies import Body
 from .condense import eliminated, fronts
 from .elasticity import Kinematics, element_means
 from .elements import basis_of
+from .forms import MOMENTS
 from .loads import Expansion
 from .matrices.meshes import meshio_library
 from .rigid import node_graph
@@ -242,10 +243,9 @@ def _strain_and_stress(body: Body, kinematics: Kinematics, u: Array, expansions:
         strain[2, 2] = -body.material.nu / body.material.E * (stress[0, 0] + stress[1, 1]) + free
         stress[2, 2] = 0.0
     mass = splu(BilinearForm(lambda a, b, w: a * b).assemble(basis).tocsc())
-    form = LinearForm(lambda v, w: w.amount * v)
     names = _COMPONENTS[: 4 if d == 2 else 6]
     strains, stresses = (
-        frozen([mass.solve(form.assemble(basis, amount=field["xyz".index(name[0]), "xyz".index(name[1])])) for name in names])
+        frozen([mass.solve(MOMENTS.assemble(basis, amount=field["xyz".index(name[0]), "xyz".index(name[1])])) for name in names])
         for field in (strain, stress)
     )
     return strains, stresses
