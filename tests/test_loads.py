@@ -76,6 +76,22 @@ def test_free_expansion_without_stress(kinematics, element):
     assert np.abs([fields.q, fields.p]).max() < 1e-12
 
 
+@pytest.mark.parametrize("bore", [0.0, 1e-3])
+def test_solid_bodies_of_revolution_meet_around_a_narrow_bore(bore):
+    def cylinder(z, other):
+        face = {"contact": lambda x: x[1] == 0.0, "end": lambda x: x[1] == other}
+        return fo.Body(MeshQuad.init_tensor(np.r_[bore, 0.25, 0.5, 1.0], z).with_boundaries(face), STEEL)
+
+    bodies = {"upper": cylinder([0.0, 1.0, 2.0], 2.0), "lower": cylinder([-1.0, 0.0], -1.0)}
+    loads = {"P": [fo.Traction("upper", "end", y=-1.0)]}
+    model = fo.ContactModel(bodies, [fo.Support("lower", "end", "y")], loads, kinematics="axisymmetric")
+    if bore:
+        assert glued(model, P=1.0).p / model.condense().width == pytest.approx(1.0)
+    else:
+        with pytest.raises(fo.ModelError, match="on the axis of axisymmetric bodies, give them a narrow bore"):
+            model.condense()
+
+
 @pytest.mark.parametrize("nu", [0.3, 0.4999, 0.499999])
 def test_a_linear_temperature_bends_a_body_without_stress_however_little_its_volume_changes(nu):
     x, y = np.linspace(0.0, 2.0, 17), np.linspace(0.0, 1.0, 9)

@@ -84,7 +84,8 @@ class Interface:
             i = int(rows[stuck.argmax()])
             raise ModelError(
                 f"pairs: the relative motion of pair {i}, of node {self.nodes[i]} of body 1, follows from those of other pairs or from supports; "
-                "leave it out if its nodes are in other pairs, else hold the bodies elsewhere"
+                "leave it out if its nodes are in other pairs, else hold the bodies elsewhere; where the contact ends on a plane of symmetry, model "
+                "both halves, and where it ends on the axis of axisymmetric bodies, give them a narrow bore"
             )
         return np.asarray(columns[qr(part, mode="r", pivoting=True)[1][: len(rows)]])
 
