@@ -6,7 +6,6 @@ even `lam = 0`). A dissipation is the work of friction in one cycle of the stead
 """
 
 from ..contact import order_preserving, referee
-from ._arrays import ContactArrays
 from .bonded_corner import CornerMode, bonded_corner
 from .cattaneo_mindlin import LineContact, contact_modulus
 from .half_plane import half_plane_contact, half_plane_influence
@@ -20,7 +19,6 @@ from .two_nodes import TwoNodeLimits, two_node_limits
 from .uncoupled import uncoupled_limit
 
 __all__ = [
-    "ContactArrays",
     "CornerMode",
     "LineContact",
     "SphereContact",

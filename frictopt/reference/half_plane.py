@@ -1,11 +1,11 @@
 """Two half-planes of similar material in contact along a line, discretised by the exact influence of their surface tractions."""
 
 from math import pi
+from typing import Any
 
 import numpy as np
 
 from ..contact.checks import Array, finite_number, whole_number
-from ._arrays import ContactArrays
 
 
 def half_plane_influence(nodes: int, E_star: float) -> Array:
@@ -58,7 +58,7 @@ def half_plane_influence(nodes: int, E_star: float) -> Array:
     return np.asarray(by_distance[distance])
 
 
-def half_plane_contact(nodes: int, half_length: float, E_star: float, *, R: float | None = None) -> ContactArrays:
+def half_plane_contact(nodes: int, half_length: float, E_star: float, *, R: float | None = None) -> dict[str, Any]:
     """Contact of two half-planes of similar material, as a contact system with the load cases "P" and "Q".
 
     Body 2 is flat. Body 1 is a cylinder of radius R with the initial gap `x^2 / (2 R)`. Without R it touches body 2 along the whole interface and
@@ -86,8 +86,9 @@ def half_plane_contact(nodes: int, half_length: float, E_star: float, *, R: floa
 
     Returns
     -------
-    ContactArrays
-        Arguments of a contact system. Load cases: "P", the normal force, and "Q", the tangential one, each the resultant of the
+    dict[str, Any]
+        Arguments A, B, C, x, bonded and gap of `ContactSystem.from_blocks`.
+        Load cases: "P", the normal force, and "Q", the tangential one, each the resultant of the
         reactions of the half-plane on the punch, force per depth.
 
     Raises
@@ -114,4 +115,4 @@ def half_plane_contact(nodes: int, half_length: float, E_star: float, *, R: floa
     A = inverse - inverse.sum() * np.outer(share, share)
     x: Array = half / nodes * np.arange(1.0 - nodes, nodes, 2.0)
     none = np.zeros(nodes)
-    return ContactArrays(A=A, B=np.zeros_like(A), C=A.copy(), x=x, bonded={"P": (none, share), "Q": (share, none)}, gap=curvature * x**2 / 2)
+    return dict(A=A, B=np.zeros_like(A), C=A.copy(), x=x, bonded={"P": (none, share), "Q": (share, none)}, gap=curvature * x**2 / 2)

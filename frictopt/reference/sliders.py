@@ -1,13 +1,13 @@
 """Springs and rods that slide under constant pressure: friction in parallel (Masing, Iwan) and in series (a rod on a foundation)."""
 
 from math import floor
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact.checks import finite_number, whole_number
 from ..errors import ModelError
-from ._arrays import ContactArrays
 from ._checks import per_node
 
 
@@ -155,7 +155,7 @@ def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
     return 4 * tau * h * displacements
 
 
-def foundation_rod(nodes: int, EA: float, h: float) -> ContactArrays:
+def foundation_rod(nodes: int, EA: float, h: float) -> dict[str, Any]:
     """Rod of equal elements on a foundation, as a contact system with the load cases "pressure" and "force".
 
     Every node carries a length h of the rod, including the loaded one at the left end. Slip does not change the pressure (`B = 0`). Only friction
@@ -172,8 +172,9 @@ def foundation_rod(nodes: int, EA: float, h: float) -> ContactArrays:
 
     Returns
     -------
-    ContactArrays
-        Arguments of a contact system. Load cases: "pressure", force per length and depth between rod and foundation, with the friction
+    dict[str, Any]
+        Arguments A, B, C, x, bonded and gap of `ContactSystem.from_blocks`.
+        Load cases: "pressure", force per length and depth between rod and foundation, with the friction
         `tau = f * pressure`; "force", along +x on the first node, with the bonded reaction -1.
 
     Raises
@@ -190,7 +191,7 @@ def foundation_rod(nodes: int, EA: float, h: float) -> ContactArrays:
     N, EA, h = whole_number("nodes", nodes, least=1, most=10_000), finite_number("EA", EA, above=0.0), finite_number("h", h, above=0.0)
     incidence = np.diff(np.eye(N), axis=0)
     none = np.zeros(N)
-    return ContactArrays(
+    return dict(
         A=EA / h * incidence.T @ incidence,
         B=np.zeros((N, N)),
         C=EA / h * np.eye(N),
