@@ -8,27 +8,32 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from studies.increments import ERROR
 from studies.tables import Table
+from studies.validation.error_vs_time import ERROR
 
 from .style import BLACK, GREY, SERIES, WIDE, new_figure
 
 TABLES: Mapping[str, Table[Any]] = {"error": ERROR}
 
-_MARKERS = {"qp": ("o", "frozen bounds (QP)"), "milp": ("s", "complementarity (MILP)"), "path": ("*", "exact path (energy residual)")}
+_MARKERS = {
+    "frictopt, qp": ("o", "frozen bounds (QP)"),
+    "frictopt, milp": ("s", "complementarity (MILP)"),
+    "frictopt, exact path": ("*", "exact path (energy residual)"),
+}
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     """Markers tell the engine, colours and lines the mesh; numbers are increments from corner to corner."""
-    table = tables["error"]
+    table = tables["error"].query("computation == 'transient' and nodes > 0 and rival == ''")
     figure = new_figure(WIDE, 88)
     axes = figure.subplots()
-    meshes = table["elements"].unique()
-    for elements, series in zip(meshes, SERIES, strict=False):
-        for engine, rows in table[table["elements"] == elements].groupby("engine", sort=False):
-            look = {"color": series["color"], "linestyle": series["linestyle"], "marker": _MARKERS[engine][0], "lw": 0.8}
-            axes.plot(rows["seconds"], rows["error"], **look, markersize=8 if engine == "path" else 4, mfc="white" if engine == "milp" else None)
-    _steps(axes, table[(table["elements"] == meshes[-1]) & (table["engine"] == "qp")])
+    meshes = table["nodes"].unique()
+    for nodes, series in zip(meshes, SERIES, strict=False):
+        for engine, rows in table[table["nodes"] == nodes].groupby("method", sort=False):
+            marker = _MARKERS[engine][0]
+            look = {"color": series["color"], "linestyle": series["linestyle"], "marker": marker, "lw": 0.8}
+            axes.plot(rows["seconds"], rows["error"], **look, markersize=8 if marker == "*" else 4, mfc="white" if marker == "s" else None)
+    _steps(axes, table[(table["nodes"] == meshes[-1]) & (table["method"] == "frictopt, qp")])
     _order(axes, table)
     axes.set(xscale="log", yscale="log", ylim=(1e-16, 1))
     axes.set_xlabel("run time of two cycles, s")
@@ -39,12 +44,12 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
 
 def _steps(axes: Any, rows: pd.DataFrame) -> None:
     for row in rows.itertuples():
-        axes.annotate(f"{row.steps}", (row.seconds, row.error), (4, 3), textcoords="offset points", va="bottom", fontsize=7, color=GREY)
+        axes.annotate(row.setting, (row.seconds, row.error), (4, 3), textcoords="offset points", va="bottom", fontsize=7, color=GREY)
 
 
 def _order(axes: Any, table: pd.DataFrame) -> None:
     """Line of second order, below the points: what a run time proportional to the number of increments would give."""
-    last = table[table["engine"] == "qp"].groupby("elements").last().iloc[0]
+    last = table[table["method"] == "frictopt, qp"].groupby("nodes").last().iloc[0]
     times = last["seconds"] * np.array([0.2, 1.0])
     errors = last["error"] / 20 * np.array([25.0, 1.0])
     axes.plot(times, errors, color=BLACK, lw=0.6)
@@ -57,7 +62,7 @@ def _legends(axes: Any, meshes: Any) -> None:
         for marker, _ in _MARKERS.values()
     ]
     labels = [name for _, name in _MARKERS.values()]
-    for elements, series in zip(meshes, SERIES, strict=False):
+    for nodes, series in zip(meshes, SERIES, strict=False):
         handles.append(Line2D([], [], color=series["color"], linestyle=series["linestyle"]))
-        labels.append(f"{elements} elements")
+        labels.append(f"N = {nodes}")
     axes.legend(handles, labels, loc="upper left", title="numbers: increments from corner to corner", alignment="left")

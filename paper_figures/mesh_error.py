@@ -6,13 +6,13 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
-from studies.limits import SURFACE
+from studies.limits import CORNER, SURFACE, corner_law
 from studies.tables import Table
-from studies.validation.error_vs_time import ERROR, LAW
+from studies.validation.error_vs_time import ERROR
 
 from .style import GREY, SERIES, WIDE, new_figure, panel_label, whole_decades
 
-TABLES: Mapping[str, Table[Any]] = {"error": ERROR, "law": LAW, "surface": SURFACE}
+TABLES: Mapping[str, Table[Any]] = {"error": ERROR, "corner": CORNER, "surface": SURFACE}
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
@@ -22,7 +22,7 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     meshes = tables["error"][tables["error"]["nodes"] == 0]
     _corner(panels[0], meshes[meshes["quantity"] == "corner exponent"])
     _cylinder(panels[1], meshes[meshes["scene"] == "cylinder on a half-plane"])
-    _law(panels[2], tables["law"])
+    _law(panels[2], corner_law(tables["corner"]))
     _surface(panels[3], tables["surface"])
     for axes, letter in zip(panels, "abcd", strict=True):
         panel_label(axes, letter)

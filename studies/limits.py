@@ -12,9 +12,12 @@ import pandas as pd
 from tqdm import tqdm
 
 import frictopt as fo
+from frictopt.reference import bonded_corner, sliding_corner_exponent
 
 from .paper import LOADS, force_unit, slip_unit
 from .tables import Row, Study, Table
+
+_BELOW = 0.95  # friction over the traction ratio of the bonded corner, near which the limit goes with no power of the mesh
 
 
 def _steps(*runs: tuple[float, float, float]) -> tuple[float, ...]:
@@ -73,6 +76,23 @@ def limits_by_corner(parameters: Parameters) -> Iterator[Row]:
     scenes += [fo.scenes.PunchOnHalfPlane(elements=parameters.graded_elements, grading=float(grading)) for grading in parameters.gradings]
     for scene in tqdm(scenes, desc="limits by corner size", disable=None):
         yield _limits(scene.condense(), parameters.corner_frictions).assign(**_mesh(scene))
+
+
+def corner_law(table: pd.DataFrame) -> pd.DataFrame:
+    """Of the table `CORNER` the meshes of one number of elements whose gradings are decades apart, coarse first, with the law of the corner.
+
+    At the limit the corner slides, while its bonded tractions grow as `r ** (l_bonded - 1)`: the limit goes with the size h of the corner element as
+    `h ** (l_sliding - l_bonded)`, with the exponents of the sliding and of the bonded corner, for friction below the traction ratio of the bonded
+    corner. So it has no value without a mesh. `expected` is that exponent in closed form, `exponent` the one from the mesh before to this one.
+    """
+    bonded = bonded_corner()[0]
+    rows = table[(table["grading"] != "sine") & (table["friction"] < _BELOW * bonded.traction_ratio)]
+    decades = np.log10(rows["grading"].astype(float))
+    apart = decades.max() - decades  # meshes that are closer have exponents between them that scatter
+    rows = rows[np.isclose(apart, apart.round())].sort_values(["friction", "corner_size"], ascending=[True, False], ignore_index=True)
+    steps = np.log(rows[["load_factor", "corner_size"]]).groupby(rows["friction"]).diff()
+    expected = rows["friction"].map(lambda friction: sliding_corner_exponent(friction) - bonded.exponent)
+    return rows.assign(expected=expected, exponent=steps["load_factor"] / steps["corner_size"])
 
 
 def reactions_at_limit(parameters: Parameters) -> Iterator[Row]:

@@ -12,7 +12,8 @@ import frictopt as fo
 from paper_figures import style
 from paper_figures.__main__ import FIGURES, main, make
 from paper_figures.prepare import prepare
-from studies import dissipation, guaranteed, increments, limits
+from studies import dissipation, guaranteed, limits
+from studies.validation.error_vs_time import ERROR
 
 pytestmark = pytest.mark.slow
 
@@ -86,7 +87,7 @@ def test_second_call_does_not_compute_again(data, tmp_path):
 
 
 def test_studies_side_by_side_make_the_same_tables_and_leave_measured_times_alone(tmp_path):
-    prepare([limits.REACTIONS, guaranteed.PLANE, increments.ERROR], True, tmp_path, workers=2)
+    prepare([limits.REACTIONS, guaranteed.PLANE, ERROR], True, tmp_path, workers=2)
     assert sorted(path.stem for path in tmp_path.iterdir()) == ["guaranteed_plane", "limits_reactions"]
     for table in (limits.REACTIONS, guaranteed.PLANE):
         pd.testing.assert_frame_equal(table.stored(table.quick, tmp_path), table.frame(table.quick), rtol=1e-9, atol=1e-12)

@@ -21,8 +21,8 @@ QUESTION = ["computation", "quantity", "scene"]
 @pytest.fixture(scope="module")
 def made(quick):
     """The tables, and what the command prints."""
-    tables = quick(error_vs_time.STUDY.tables)
-    return *tables.values(), error_vs_time.STUDY.summary(tables)
+    tables = quick([*error_vs_time.STUDY.tables, *error_vs_time.STUDY.needs])
+    return *(tables[name] for name in ("error_vs_time", "error_vs_time_calls")), error_vs_time.STUDY.summary(tables)
 
 
 @pytest.fixture(scope="module")
@@ -118,8 +118,16 @@ def test_rivals_solve_the_same_problem_to_their_own_tolerance(table):
         assert part.loc[part["rival"].eq("highspy") | part["knob"].isin(["ordering", "none"]), "error"].lt(1e-9).all()
 
 
+def test_error_falls_with_the_square_of_the_increment(table):
+    """Events fall anywhere within an increment, so the order is that of a fit, not of each doubling."""
+    qp = rows(table, "transient", method="frictopt, qp")
+    steps = qp["setting"].astype(int)
+    assert len(qp) == 4 and steps.max() == 8 * steps.min()
+    assert 1 < -np.polyfit(np.log(steps), np.log(qp["error"]), 1)[0] < 3
+
+
 def test_printed_tables_name_machine_rivals_and_who_is_ahead(made):
-    table, calls, _, printed = made
+    table, calls, printed = made
     assert machine() in printed and all(name in printed for name in table.attrs["rivals"])
     assert "skipped: " + (", ".join(table.attrs["absent"]) or "none") in printed
     lines = fronts(table).splitlines()

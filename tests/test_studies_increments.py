@@ -1,4 +1,4 @@
-"""The study of increments at quick size: facts of the contact law and of quadrature that hold on any mesh."""
+"""The study of increments at quick size: facts of the contact law that hold on any mesh."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ COMPLIANCE = 2 * (1 - 0.3**2)  # 1/E* of two bodies with E = 1, nu = 0.3
 
 @pytest.fixture(scope="module")
 def contact():
-    return fo.scenes.PunchOnHalfPlane(elements=increments.QUICK.cycle_elements).condense()
+    return fo.scenes.PunchOnHalfPlane(elements=increments.QUICK.elements).condense()
 
 
 def test_every_row_obeys_the_contact_law(tables):
@@ -23,25 +23,9 @@ def test_every_row_obeys_the_contact_law(tables):
         assert (table["q"].abs() <= table["friction"] * table["p"] * (1 + 1e-9)).all(), name
 
 
-def test_error_falls_with_the_square_of_the_increment(tables):
-    """Events fall anywhere within an increment, so the order is that of a fit, not of each doubling."""
-    table = tables["increments_error"]
-    for elements, rows in table[table["engine"] == "qp"].groupby("elements"):
-        assert len(rows) == 4 and rows["steps"].max() == 8 * rows["steps"].min()
-        order = -np.polyfit(np.log(rows["steps"]), np.log(rows["error"]), 1)[0]
-        assert 1 < order < 3, elements
-        exact = table.loc[(table["elements"] == elements) & (table["engine"] == "path"), "work"].item()
-        assert np.allclose(np.abs(rows["work"] / exact - 1), rows["error"], rtol=1e-6)
-
-
-def test_load_is_above_the_limit_and_the_work_that_of_the_steady_state(tables, contact):
+def test_load_is_above_the_limit(tables, contact):
     factor = tables["increments_cycle"]["load_factor"].iloc[0]
     assert factor == pytest.approx(1.4 * fo.shakedown_limit(contact, paper.LOADS, 0.7).load_factor, rel=1e-9)
-    steady = fo.steady_state(contact, paper.LOADS, 0.7, factor)
-    error = tables["increments_error"]
-    work = error.loc[(error["elements"] == 16) & (error["engine"] == "path"), "work"].item()
-    assert steady.outcome is fo.Outcome.CYCLIC_SLIP
-    assert work * 4 * COMPLIANCE == pytest.approx(steady.dissipation, rel=1e-8)  # P = 2
 
 
 def test_instants_have_the_reactions_of_their_loads_and_slips(tables, contact):

@@ -50,3 +50,10 @@ def test_contact_stiffness_makes_the_limit_settle(tables):
     limits = tables["limits_surface"].pivot(index="corner_size", columns="surface", values="load_factor").sort_index(ascending=False)
     hard, soft = -np.diff(limits[0.0]), np.diff(limits[0.1])
     assert (hard > 0.02).all() and (soft > 0).all() and soft[1] < 0.5 * soft[0]
+
+
+def test_limit_goes_with_the_power_of_the_corner_element_that_theory_gives(tables):
+    law = limits.corner_law(tables["limits_corner"])
+    assert law["friction"].unique().tolist() == [0.2, 0.4] and len(law) == 6  # friction above the traction ratio of the bonded corner has no such law
+    finest = law.groupby("friction").last()
+    assert finest["exponent"].to_numpy() == pytest.approx(finest["expected"].to_numpy(), rel=0.2)

@@ -6,11 +6,12 @@ the mesh the singular exponents of the corner. Its times depend on the machine. 
 by `study.questions`.
 """
 
+from ...limits import CORNER
 from ...tables import Study
 from .parameters import FULL, QUICK, Parameters
 from .report import report
-from .study import CALLS, ERROR, LAW
+from .study import CALLS, ERROR
 
-__all__ = ["CALLS", "ERROR", "FULL", "LAW", "QUICK", "STUDY", "Parameters"]
+__all__ = ["CALLS", "ERROR", "FULL", "QUICK", "STUDY", "Parameters"]
 
-STUDY = Study("studies.validation.error_vs_time", __doc__, "coarse meshes and few settings, in seconds", (ERROR, CALLS, LAW), report)
+STUDY = Study("studies.validation.error_vs_time", __doc__, "coarse meshes and few settings, in seconds", (ERROR, CALLS), report, needs=(CORNER,))

@@ -15,9 +15,6 @@ class Parameters:
     mesh_elements: tuple[int, ...] = (16, 40, 124, 252)
     mesh_gradings: tuple[float, ...] = (1.0, 20.0, 1000.0)
     cells: tuple[int, ...] = (20, 40, 80, 160, 320)  # of the cylinder on a half-plane
-    law_elements: int = 64
-    law_gradings: tuple[float, ...] = (10.0, 100.0, 1000.0, 10000.0)
-    law_frictions: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5)
     # Settings of solvers and steps
     tolerances: tuple[float, ...] = (1e-4, 1e-6, 1e-8, 1e-10)  # of the solvers of linear and quadratic programs that are called directly
     margin_share: float = 0.9  # the margin of a safe slip is that at this share of the shakedown limit
@@ -49,11 +46,8 @@ QUICK = Parameters(
     mesh_elements=(16, 40),
     mesh_gradings=(20.0,),
     cells=(20, 40),
-    law_elements=16,
-    law_gradings=(10.0, 100.0),
-    law_frictions=(0.3, 0.4),
     tolerances=(1e-4, 1e-8),
-    steps=(5, 20),
+    steps=(5, 10, 20, 40),
     milp_steps=(2,),
     milp_elements=(8,),
     steady_cycles=(1, 2, 4),

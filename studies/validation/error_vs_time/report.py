@@ -5,17 +5,18 @@ from typing import Any
 
 import pandas as pd
 
+from ...limits import corner_law
 from ...tables import markdown, two_digits
 from .methods import ROUNDING
 
 
 def report(tables: Mapping[str, pd.DataFrame]) -> str:
     """The short tables, with the machine and the rivals that were absent."""
-    error, corner = tables["error_vs_time"], tables["error_vs_time_law"]
+    error = tables["error_vs_time"]
     installed = ", ".join(f"{name} {number}" for name, number in error.attrs["rivals"].items())
     missing = ", ".join(error.attrs["absent"]) or "none"
     head = f"{error.attrs['machine']}; medians of processor times; rivals: {installed}; not installed and skipped: {missing}."
-    return "\n\n".join(["", head, fronts(error), calls(tables["error_vs_time_calls"]), law(corner)])
+    return "\n\n".join(["", head, fronts(error), calls(tables["error_vs_time_calls"]), law(tables["limits_corner"])])
 
 
 def fronts(table: pd.DataFrame) -> str:
@@ -36,9 +37,9 @@ def calls(table: pd.DataFrame) -> str:
 
 def law(table: pd.DataFrame) -> str:
     """Exponent of the shakedown limit in the size of the corner element: closed form, and between the two finest meshes."""
-    finest = table.sort_values("corner_size").groupby("friction").first().reset_index()
-    rows = [[f"{row.friction:g}", f"{row.expected:.3f}", f"{row.exponent:.3f}", f"{row.seconds:.2g} s"] for row in finest.itertuples()]
-    return markdown(["f", "expected exponent", "between the two finest meshes", "time of the finest"], rows)
+    finest = corner_law(table).groupby("friction").last()
+    rows = [[f"{row.Index:g}", f"{row.expected:.3f}", f"{row.exponent:.3f}"] for row in finest.itertuples()]
+    return markdown(["f", "expected exponent", "between the two finest meshes"], rows)
 
 
 def _questions(table: pd.DataFrame) -> Iterator[pd.DataFrame]:

@@ -1,6 +1,6 @@
 """The tables of the study."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from importlib.metadata import version
 
 import pandas as pd
@@ -11,7 +11,6 @@ from ...origin import machine
 from ...tables import Table
 from . import condensation, guaranteed, increments, limits, space, space_answers, transients
 from .calls import first_and_second
-from .corner_law import corner_law
 from .methods import RIVALS, Question, absent, measured
 from .parameters import FULL, QUICK, Parameters
 from .scenes import punch
@@ -52,17 +51,8 @@ def error_against_time(parameters: Parameters) -> pd.DataFrame:
 
 def calls(parameters: Parameters) -> pd.DataFrame:
     """First and second calls, one thread."""
-    return _one_thread(first_and_second, parameters)
-
-
-def law(parameters: Parameters) -> pd.DataFrame:
-    """The law of the corner, one thread."""
-    return _one_thread(corner_law, parameters)
-
-
-def _one_thread(compute: Callable[[Parameters], pd.DataFrame], parameters: Parameters) -> pd.DataFrame:
     with threadpool_limits(1):
-        table = compute(parameters)
+        table = first_and_second(parameters)
     table.attrs = {"machine": f"{machine()}, one thread used"}
     return table
 
@@ -92,19 +82,6 @@ _CALLS = {
     "second": "processor time of another call on the same model, s; NaN if there is no model to keep",
     "residual": "residual of the answer; NaN if nothing is solved",
 }
-_LAW = {
-    "friction": "coefficient of friction",
-    "elements": "elements on the contact",
-    "grading": "size of the middle element over that of the corner element",
-    "corner_size": "element at the corner of the contact / a",
-    "load_factor": "shakedown limit lambda_2, sigma / (P / 2a)",
-    "residual": "residual of the limit",
-    "seconds": "processor time from the scene to the limit, first time, one thread",
-    "expected": "exponent of the limit in the corner size: that of the sliding less that of the bonded corner (closed forms)",
-    "exponent": "the same between this mesh and the one before; NaN for the coarsest",
-    "error": "|exponent - expected|",
-}
 
 ERROR = Table("error_vs_time", "one method with one setting for one question", _ERROR, full=FULL, quick=QUICK, compute=error_against_time, alone=True)
 CALLS = Table("error_vs_time_calls", "one call on one mesh", _CALLS, full=FULL, quick=QUICK, compute=calls, alone=True)
-LAW = Table("error_vs_time_law", "shakedown limit on one mesh at one friction", _LAW, full=FULL, quick=QUICK, compute=law)
