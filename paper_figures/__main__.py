@@ -8,46 +8,16 @@ import argparse
 import os
 import sys
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import pandas as pd
 from matplotlib.figure import Figure
 
 from studies.tables import INTERRUPTED, Table, at_least_one, data_folder, writable
 
-from . import (
-    amplitude,
-    cycle,
-    damping_backbone,
-    damping_friction,
-    design,
-    dissipation,
-    dissipation_range,
-    error_vs_time,
-    extremes,
-    guaranteed_limit,
-    hysteresis,
-    increments,
-    joint,
-    least_slip,
-    limit_after_protocol,
-    mesh_error,
-    onset,
-    scene,
-    scenes,
-    separation,
-    shakedown_limit,
-    shakedown_share,
-    slip_plane,
-    space,
-    spatial_limit,
-    spatial_numerics,
-    style,
-    traction_ratio,
-    two_states,
-    wear,
-)
+from . import style
 from .prepare import prepare
 
 
@@ -61,37 +31,12 @@ class Script(Protocol):
         """Draw the figure from its tables."""
 
 
-FIGURES: dict[str, Script] = {
-    "scene": scene,
-    "onset": onset,
-    "shakedown_limit": shakedown_limit,
-    "traction_ratio": traction_ratio,
-    "cycle": cycle,
-    "hysteresis": hysteresis,
-    "increments": increments,
-    "guaranteed_limit": guaranteed_limit,
-    "slip_plane": slip_plane,
-    "dissipation": dissipation,
-    "shakedown_share": shakedown_share,
-    "amplitude": amplitude,
-    "two_states": two_states,
-    "dissipation_range": dissipation_range,
-    "least_slip": least_slip,
-    "limit_after_protocol": limit_after_protocol,
-    "separation": separation,
-    "damping_backbone": damping_backbone,
-    "damping_friction": damping_friction,
-    "wear": wear,
-    "design": design,
-    "error_vs_time": error_vs_time,
-    "mesh_error": mesh_error,
-    "extremes": extremes,
-    "scenes": scenes,
-    "joint": joint,
-    "space": space,
-    "spatial_limit": spatial_limit,
-    "spatial_numerics": spatial_numerics,
-}
+_NAMES = """
+scene onset shakedown_limit traction_ratio cycle hysteresis increments guaranteed_limit slip_plane dissipation shakedown_share amplitude two_states
+dissipation_range least_slip limit_after_protocol separation damping_backbone damping_friction wear design error_vs_time mesh_error extremes scenes
+joint space spatial_limit spatial_numerics
+"""
+FIGURES: dict[str, Script] = {name: cast(Script, import_module(f"{__package__}.{name}")) for name in _NAMES.split()}
 
 
 def make(name: str, *, quick: bool = False, data: Path | None = None, output: Path | None = None) -> list[Path]:

@@ -15,7 +15,7 @@ from .style import BLACK, GREY, SERIES, WIDE, new_figure, panel_label, plain_log
 TABLES: Mapping[str, Table[Any]] = {"friction": FRICTION, "mesh": MESH, "work": WORK}
 
 _LIMITS = {"shakedown": ("-", r"$\lambda_2$"), "guaranteed": ("--", r"$\lambda_1$"), "onset": (":", "onset")}
-_MESH = (("square punch", "bulk stress"), ("square punch", "turning shear"), ("sphere", "turning shear"))
+_MESH = (("square punch", "bulk"), ("square punch", "turning, 4 corners"), ("sphere", "turning, 4 corners"))
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
@@ -32,7 +32,7 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     for (scene, load), look in zip(_MESH, SERIES, strict=False):
         rows = tables["mesh"].query("scene == @scene and load == @load")
         _limits(mesh, rows, "nodes", look["color"], marker=look["marker"])
-        mesh.plot([], [], color=look["color"], marker=look["marker"], label=f"{scene}, {load.split()[0]}")
+        mesh.plot([], [], color=look["color"], marker=look["marker"], label=f"{scene}, {load.split(',')[0]}")
     plain_log(mesh, "xy")
     mesh.set_xlabel("node pairs $N$")
     mesh.set_ylabel("load factor")

@@ -7,18 +7,19 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from studies.spatial import LIMITS, MAPS
+from studies.space import FRICTION
+from studies.spatial import MAPS
 from studies.tables import Table
 
 from .style import BLACK, SERIES, WIDE, new_figure, panel_label, plain_log
 
-TABLES: Mapping[str, Table[Any]] = {"limits": LIMITS, "maps": MAPS}
+TABLES: Mapping[str, Table[Any]] = {"limits": FRICTION, "maps": MAPS}
 
 _FACES = ("bulk", "turning, 4 corners")
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Left: limits of the finest mesh; middle and right: traction ratio at the first corner and safe slip, with the length of an arrow below."""
+    """Left: limits; middle and right: traction ratio at the first corner and safe slip, with the length of an arrow below."""
     figure = new_figure(WIDE, 66)
     left, *faces = figure.subplots(1, 3, width_ratios=(1.15, 1, 1))
     _limits(left, tables["limits"])
@@ -32,13 +33,12 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
 
 
 def _limits(axes: Any, table: pd.DataFrame) -> None:
-    finest = table[table["elements"] == table["elements"].max()]
-    for (load, rows), series in zip(finest.groupby("load", sort=False), SERIES, strict=False):
-        axes.plot(rows["friction"], rows["load_factor"], label=load, **series)
+    for (load, rows), series in zip(table.groupby("load", sort=False), SERIES, strict=False):
+        axes.plot(rows["friction"], rows["shakedown"], label=load, **series)
     plain_log(axes, "xy")
     axes.set_xlabel("coefficient of friction $f$")
     axes.set_ylabel(r"shakedown limit $\lambda_2$ / mean pressure")
-    axes.set_ylim(top=9 * finest["load_factor"].max())  # room for the legend
+    axes.set_ylim(top=9 * table["shakedown"].max())  # room for the legend
     axes.legend(loc="upper left")
 
 

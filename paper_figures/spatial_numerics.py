@@ -7,20 +7,15 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from studies.spatial import STEPS, TIMES
+from studies.size import SIZES
+from studies.spatial import STEPS
 from studies.tables import Table
 
 from .style import BLACK, SERIES, WIDE, new_figure, panel_label, whole_decades
 
-TABLES: Mapping[str, Table[Any]] = {"steps": STEPS, "times": TIMES}
+TABLES: Mapping[str, Table[Any]] = {"steps": STEPS, "times": SIZES}
 
-_WORDS = {
-    "condense": "condensation",
-    "limit_two": "limit, 2 corners",
-    "limit_four": "limit, 4 corners",
-    "limit_sixteen": "limit, 16 corners",
-    "increment": "one increment",
-}
+_QUESTIONS = ("condense", "shakedown limit", "limit, nothing left out", "safe slip", "guaranteed limit")
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
@@ -49,8 +44,9 @@ def _errors(axes: Any, table: pd.DataFrame) -> None:
 
 
 def _times(axes: Any, table: pd.DataFrame) -> None:
-    for (column, words), series in zip(_WORDS.items(), SERIES, strict=False):
-        axes.plot(table["nodes"], table[column], label=words, **series)
+    for question, series in zip(_QUESTIONS, SERIES, strict=False):
+        rows = table.query("scene == 'space' and question == @question")
+        axes.plot(rows["nodes"], rows["seconds"], label=question, **series)
     whole_decades(axes, "xy")
     axes.set_ylim(top=10 * axes.get_ylim()[1])  # room for the legend
     axes.set_xlabel("node pairs $N$")

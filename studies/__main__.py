@@ -2,35 +2,15 @@
 
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 
-from . import (
-    damping,
-    design,
-    dissipation,
-    first_look,
-    guaranteed,
-    increments,
-    joint,
-    limits,
-    range,
-    scenes,
-    separation,
-    size,
-    space,
-    spatial,
-    validity,
-    wear,
-)
 from .tables import Study
-from .validation import error_vs_time, followed, left_out
-from .validation.extremes import study as extremes
-from .validation.fuzz import study as fuzz
 
-_MODULES = (
-    *(first_look, limits, scenes, guaranteed, separation, increments, dissipation, range, damping, wear, design),
-    *(joint, space, spatial, size, validity, left_out, followed, error_vs_time, extremes, fuzz),
-)
-STUDIES: dict[str, Study] = {module.STUDY.name: module.STUDY for module in _MODULES}
+_MODULES = """
+first_look limits scenes guaranteed separation increments dissipation range damping wear design joint space spatial size validity
+validation.left_out validation.followed validation.error_vs_time validation.extremes.study validation.fuzz.study
+"""
+STUDIES: dict[str, Study] = {study.name: study for study in (import_module(f"{__package__}.{name}").STUDY for name in _MODULES.split())}
 
 
 def main(argv: Sequence[str] | None = None) -> int:

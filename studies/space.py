@@ -16,13 +16,20 @@ import frictopt as fo
 
 from .tables import Row, Study, Table, markdown, two_digits
 
-LOADS: Mapping[str, tuple[tuple[int, int], ...]] = {
-    "straight shear": ((1, 0), (-1, 0)),
-    "turning shear": ((1, 0), (0, 1), (-1, 0), (0, -1)),
-}
-"""Corners of shear by name: parts along both axes."""
 
-_BULK = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+def _circle(corners: int) -> list[tuple[float, float]]:
+    angles = 2 * np.pi * np.arange(corners) / corners
+    return [(round(float(np.cos(angle)), 15), round(float(np.sin(angle)), 15)) for angle in angles]  # so that what is 0 is
+
+
+def _shears(mean: str, x: str, y: str) -> dict[str, fo.LoadCycle]:
+    """Shear along both axes, by name."""
+    corners = {"to and fro": _circle(2), "turning, 4 corners": _circle(4), "turning, 16 corners": _circle(16)}
+    return {name: fo.LoadCycle({mean: 1.0}, [{x: first, y: second} for first, second in of]) for name, of in corners.items()}
+
+
+LOADS: Mapping[str, fo.LoadCycle] = {"bulk": fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}]), **_shears("P", "Qx", "Qy")}
+"""Load cycles of the punch by name: bulk stress, and shear on its top."""
 
 
 @dataclass(frozen=True)
@@ -43,16 +50,13 @@ FULL = Parameters()
 QUICK = Parameters(elements=3, frictions=(0.2, 0.5), meshes=(3, 4), cells=(7, 9), work_elements=2, ratios=(0.95, 1.2), starts=2)
 
 
-def _punch(elements: int) -> tuple[fo.ContactSystem, dict[str, fo.LoadCycle]]:
-    system = fo.scenes.SquarePunch(elements=elements).condense()
-    shears = {name: fo.LoadCycle({"P": 1.0}, [{"Qx": x, "Qy": y} for x, y in corners]) for name, corners in LOADS.items()}
-    return system, {"bulk stress": _BULK, **shears}
+def _punch(elements: int) -> tuple[fo.ContactSystem, Mapping[str, fo.LoadCycle]]:
+    return fo.scenes.SquarePunch(elements=elements).condense(), LOADS
 
 
-def _sphere(cells: int) -> tuple[fo.ContactSystem, dict[str, fo.LoadCycle]]:
+def _sphere(cells: int) -> tuple[fo.ContactSystem, Mapping[str, fo.LoadCycle]]:
     arrays: dict[str, Any] = fo.reference.half_space_contact(cells=cells, half_length=1.1, R=1.0, E=1.0, nu=0.3)
-    system = fo.ContactSystem(**arrays)
-    return system, {name: fo.LoadCycle({"approach": 1.0}, [{"x": x, "y": y} for x, y in corners]) for name, corners in LOADS.items()}
+    return fo.ContactSystem(**arrays), _shears("approach", "x", "y")
 
 
 def _limits(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> dict[str, float]:
@@ -86,11 +90,11 @@ def against_mesh(parameters: Parameters) -> Iterator[Row]:
 def work_between(parameters: Parameters) -> Iterator[Row]:
     """One row for each load factor of bulk stress: work from no slip, and the least and the most of all starts."""
     system, _ = _punch(parameters.work_elements)
-    limit, guaranteed = (ask(system, _BULK, parameters.friction) for ask in (fo.shakedown_limit, fo.guaranteed_limit))
+    limit, guaranteed = (ask(system, LOADS["bulk"], parameters.friction) for ask in (fo.shakedown_limit, fo.guaranteed_limit))
     size = float(np.sqrt(np.mean(np.sum(limit.slip**2, axis=1))))  # of the safe slip at the limit
     starts = [*fo.starts.no_slip(), *fo.starts.random_slips(system, [size], parameters.starts // 2)]
     factors = [ratio * limit.load_factor for ratio in parameters.ratios]
-    table = fo.dissipation_study(system, _BULK, parameters.friction, factors, starts=starts)
+    table = fo.dissipation_study(system, LOADS["bulk"], parameters.friction, factors, starts=starts)
     for ratio, (_, runs) in zip(parameters.ratios, table.groupby("load_factor"), strict=True):
         work, named = runs["dissipation"], {"ratio": ratio, "guaranteed": guaranteed.load_factor / limit.load_factor}
         yield named | {"work": work[runs["start"] == "none"].iloc[0], "least": work.min(), "most": work.max(), "residual": runs["residual"].max()}
@@ -103,7 +107,7 @@ _LIMITS = {
     "open": "nodes that are open under the mean load",
     "residual": "worst of both limits",
 }
-_LOAD = {"load": "bulk stress, or the shear of LOADS"}
+_LOAD = {"load": "load cycle, see LOADS"}
 
 FRICTION = Table(
     "space_friction",

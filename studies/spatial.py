@@ -1,10 +1,10 @@
-"""Three dimensions: limits of a square punch under bulk stress and under shear that turns, their proofs, error of increments, times against size.
+"""A square punch in three dimensions: its face at the limit under bulk stress and under shear that turns, error of increments, proofs of limits.
 
 Run with `python -m studies spatial [--quick]`. Loads are in units of the mean pressure on the punch.
 """
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,37 +15,20 @@ from tqdm import tqdm
 
 import frictopt as fo
 
+from .space import LOADS
 from .tables import Row, Study, Table, markdown, two_digits
-
-
-def _turning(corners: int) -> fo.LoadCycle:
-    """Shear on the top of the punch that turns about the normal, at so many corners of a circle."""
-    angles = 2 * np.pi * np.arange(corners) / corners
-    return fo.LoadCycle({"P": 1.0}, [{"Qx": float(np.cos(angle)), "Qy": float(np.sin(angle))} for angle in angles])
-
-
-LOADS: Mapping[str, fo.LoadCycle] = {
-    "bulk": fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}]),
-    "to and fro": fo.LoadCycle({"P": 1.0}, [{"Qx": -1.0}, {"Qx": 1.0}]),
-    "turning, 4 corners": _turning(4),
-    "turning, 16 corners": _turning(16),
-}
-"""Load cycles by name: bulk stress, and shear on the top of the punch."""
 
 
 @dataclass(frozen=True)
 class Parameters:
     """What the study varies."""
 
-    elements: tuple[int, ...] = (6, 10)  # along a side of the contact
-    frictions: tuple[float, ...] = (0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0, 1.25, 1.5, 2.0)
     map_elements: int = 16
     map_friction: float = 0.5
     step_elements: int = 6
     step_ratio: float = 1.15  # load factor of the transients over lambda_2
     steps: tuple[int, ...] = (2, 4, 8, 16, 32, 64)
     reference_steps: int = 256
-    sizes: tuple[int, ...] = (4, 6, 8, 10, 13, 16, 19)  # 24 elements, 48,000 unknowns, take a minute
     proof_elements: int = 19
     proof_frictions: tuple[float, ...] = (0.1, 0.3, 0.5, 1.0, 2.0)
     proof_ratios: tuple[float, ...] = (1e-4, 1e-2, 1.0, 1e2, 1e4)  # Young's modulus of the punch over that of the block
@@ -54,35 +37,13 @@ class Parameters:
 
 FULL = Parameters()
 QUICK = Parameters(
-    elements=(4,),
-    frictions=(0.2, 0.5, 1.0),
     map_elements=4,
     step_elements=2,
     steps=(2, 4, 8),
     reference_steps=32,
-    sizes=(2, 4),
     proof_elements=4,
     proof_frictions=(0.3, 2.0),
 )
-
-
-def limits_in_space(parameters: Parameters) -> Iterator[Row]:
-    """One row per mesh, load cycle and friction coefficient."""
-    for elements in tqdm(parameters.elements, desc="limits in space", disable=None):
-        system = fo.scenes.SquarePunch(elements=elements).condense()
-        for load, cycle in LOADS.items():
-            for friction in parameters.frictions:
-                limit = fo.shakedown_limit(system, cycle, friction)
-                yield {
-                    "elements": elements,
-                    "nodes": system.nodes,
-                    "load": load,
-                    "friction": friction,
-                    "load_factor": limit.load_factor,
-                    "onset": fo.onset(system, cycle, friction).slip.load_factor,
-                    "slipping": len(limit.mechanism["node"].unique()),
-                    "residual": limit.residual,
-                }
 
 
 def faces_at_limit(parameters: Parameters) -> Iterator[Row]:
@@ -117,25 +78,6 @@ def error_of_increments(parameters: Parameters) -> Iterator[Row]:
                 "error": error,
                 **{column: getattr(steady, column) for column in ("dissipation", "step_error", "cycles", "residual")},
             }
-
-
-def times_by_size(parameters: Parameters) -> Iterator[Row]:
-    """One row per mesh."""
-    for elements in tqdm(parameters.sizes, desc="times", disable=None):
-        model = fo.scenes.SquarePunch(elements=elements).model()
-        with threadpool_limits(1):
-            condense, system = _timed(model.condense)
-            row = {"nodes": system.nodes, "unknowns": sum(3 * body.mesh.p.shape[1] for body in model.bodies.values()), "condense": condense}
-            residual = 0.0
-            for name, load in (("two", "bulk"), ("four", "turning, 4 corners"), ("sixteen", "turning, 16 corners")):
-                row[f"limit_{name}"], limit = _timed(fo.shakedown_limit, system, LOADS[load], parameters.map_friction)
-                residual = max(residual, limit.residual)
-            at = 0.9 * limit.load_factor
-            corner = system.reaction({"P": 1.0, "Qx": at})
-            start = fo.increments.NewtonIncrement(system, parameters.map_friction).solve(np.zeros((system.nodes, 2)), system.reaction({"P": 1.0}))
-            increments = fo.increments.NewtonIncrement(system, parameters.map_friction)
-            row["increment"], found = _timed(increments.solve, start.slip, corner)
-        yield row | {"steps": found.steps, "residual": max(residual, found.residual)}
 
 
 def proofs_of_limits(parameters: Parameters) -> Iterator[Row]:
@@ -202,21 +144,9 @@ def _cell(rows: pd.DataFrame) -> str:
     return answers + (f", {refused} refused" if refused else "")
 
 
-def _timed(call: Callable[..., Any], *arguments: Any) -> tuple[float, Any]:
-    """Seconds of this process, and what the call gives."""
-    start = time.process_time()
-    found = call(*arguments)
-    return time.process_time() - start, found
-
-
 _LIMIT = {
-    "elements": "elements along a side of the contact",
-    "nodes": "node pairs",
-    "load": "load cycle, see LOADS",
-    "friction": "coefficient of friction",
+    "load": "load cycle, see studies.space",
     "load_factor": "shakedown limit lambda_2, load over mean pressure",
-    "onset": "load factor at the first slip of the bonded contact",
-    "slipping": "number of nodes that slip in the limiting mechanism",
     "residual": "worst violation by the safe slip, or distance of the dual bound, relative",
 }
 _MAP = {
@@ -241,18 +171,6 @@ _STEP = {
     "cycles": "cycles followed",
     "residual": "violation of the contact law, or change of slip over the steady cycle",
 }
-_TIME = {
-    "nodes": "node pairs",
-    "unknowns": "displacements of both meshes",
-    "condense": "assembly and condensation, s",
-    "limit_two": "shakedown limit, two corners, s",
-    "limit_four": "four corners, s",
-    "limit_sixteen": "sixteen corners, s",
-    "increment": "one increment from the mean load to a corner, s",
-    "steps": "Newton steps of that increment",
-    "residual": "worst residual of limits and increment",
-}
-
 _PROOF = {
     "mesh": "'even', or 'uneven': elements of the face that shrink towards the edges",
     "nodes": "node pairs",
@@ -268,11 +186,9 @@ _PROOF = {
     "residual": _LIMIT["residual"],
 }
 
-LIMITS = Table("spatial_limits", "shakedown limit of one mesh, load and friction", _LIMIT, full=FULL, quick=QUICK, compute=limits_in_space)
 MAPS = Table("spatial_maps", "one node at the shakedown limit", _MAP, full=FULL, quick=QUICK, compute=faces_at_limit)
 STEPS = Table("spatial_steps", "steady state with one number of increments", _STEP, full=FULL, quick=QUICK, compute=error_of_increments)
-TIMES = Table("spatial_times", "processor times of one mesh, one thread", _TIME, full=FULL, quick=QUICK, compute=times_by_size)
 
 PROOFS = Table("spatial_proofs", "shakedown limit at one corner of the range", _PROOF, full=FULL, quick=QUICK, compute=proofs_of_limits)
 
-STUDY = Study("studies.spatial", __doc__, "coarse meshes, in seconds", (LIMITS, MAPS, STEPS, TIMES, PROOFS), _report)
+STUDY = Study("studies.spatial", __doc__, "coarse meshes, in seconds", (MAPS, STEPS, PROOFS), _report)

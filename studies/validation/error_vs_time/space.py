@@ -1,7 +1,6 @@
 """Three dimensions: the plane scene as a contact in space, whose answers are known, a sphere in closed form, and shear that turns."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -12,6 +11,7 @@ import frictopt as fo
 from frictopt.reference import SphereContact, half_space_contact
 
 from ...paper import LOADS
+from ..fuzz.embedded import embedded
 from .bare_lp import clarabel_cone
 from .increments import posed
 from .limits import exact_limit
@@ -28,40 +28,17 @@ _SHEAR = 0.8  # of the sphere, over the friction bound
 _RADIUS, _WIDTH = 5.0, 1.12  # of the sphere, and of the grid; in units of the contact's radius
 
 
-@dataclass(frozen=True, eq=False)
-class InSpace:
-    """A plane contact as a contact in three dimensions, whose answers are those of the plane.
+InSpace = tuple[fo.ContactSystem, Array]  # the contact in three dimensions, and the unit vectors (N, 2) along which the plane slips
 
-    Out of the plane it is as stiff as along it, which no load feels: if a state obeys the law, so does its mirror image. The tangents of each
-    node are turned about its normal by an angle of its own, so that all motions have two components.
-    """
 
-    plane: fo.ContactSystem
-    angles: Array
-
-    @property
-    def system(self) -> fo.ContactSystem:
-        """The contact in three dimensions."""
-        plane, n = self.plane, self.plane.nodes
-        c, s, none = np.diag(np.cos(self.angles)), np.diag(np.sin(self.angles)), np.zeros((n, n))
-        turn = np.block([[c, s, none], [-s, c, none], [none, none, np.eye(n)]])
-        S = np.block([[plane.A, none, plane.B.T], [none, plane.A, none], [plane.B, none, plane.C]])
-        bonded = {name: turn @ np.concatenate([q, np.zeros(n), p]) for name, (q, p) in plane.bonded.items()}
-        points = np.column_stack([plane.x, np.zeros((n, 2))])
-        frames = np.zeros((n, 3, 3))
-        frames[:, 0, 0] = frames[:, 1, 1] = np.cos(self.angles)
-        frames[:, 0, 1], frames[:, 1, 0], frames[:, 2, 2] = np.sin(self.angles), -np.sin(self.angles), 1.0
-        return fo.ContactSystem(turn @ S @ turn.T, points, bonded, gap=plane.gap, frames=frames)
-
-    def turned(self, slip: Array) -> Array:
-        """(N, 2) slip along the turned tangents, from one in the plane."""
-        return np.column_stack([np.cos(self.angles) * slip, -np.sin(self.angles) * slip])
+def in_space(parameters: Parameters, scene: Scene) -> InSpace:
+    """The plane scene as a contact in three dimensions, whose answers are those of the plane."""
+    return embedded(scene.system, np.random.default_rng(parameters.seed))
 
 
 def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Question]:
     """The questions to the plane scene, in three dimensions."""
-    angles = np.random.default_rng(parameters.seed).uniform(0, 2 * np.pi, scene.system.nodes)
-    space = InSpace(scene.system, angles)
+    space = in_space(parameters, scene)
     yield _limit(parameters, scene, space)
     yield _increment(parameters, scene, space)
     if elements in parameters.space_elements:
@@ -103,7 +80,7 @@ def turning(parameters: Parameters) -> Question:
 
 
 def _limit(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
-    system, friction = space.system, parameters.friction
+    system, friction = space[0], parameters.friction
     exact, ask = exact_limit(scene.system, friction), partial(fo.shakedown_limit, system, LOADS, friction)
     error = relative(exact, lambda limit: limit.load_factor)
     methods = [Method("frictopt", "solver", solver, partial(ask, solver=solver), error) for solver in ("CLARABEL", "CLARABEL_DIRECT")]
@@ -125,23 +102,23 @@ def _clarabel(data: Any, tolerance: float) -> float:
 
 def _increment(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
     """From the state at the first corner, above the shakedown limit, to the second corner at once."""
-    n, (path, exact) = scene.system.nodes, posed(parameters, scene)
-    before, after, load = space.turned(path.state.u[:n]), space.turned(exact), path.corners[1]
-    bonded = space.turned(load[:n]), load[n:]
+    n, (path, exact), (system, along) = scene.system.nodes, posed(parameters, scene), space
+    before, after, q = (values[:, None] * along for values in (path.state.u[:n], exact, path.corners[1][:n]))
+    bonded = q, path.corners[1][n:]
 
     def error(found: fo.increments.Increment) -> float:
         return float(np.abs(found.slip - after).max() / np.abs(after - before).max())
 
     methods = []
     for engine, kind in (("newton", fo.increments.NewtonIncrement), ("cones", fo.increments.FrozenBoundIncrement)):
-        methods.append(Method("frictopt", "engine", engine, partial(kind(space.system, parameters.friction).solve, before, bonded), error))
+        methods.append(Method("frictopt", "engine", engine, partial(kind(system, parameters.friction).solve, before, bonded), error))
     return Question("increment, 3-D", "slip", _name(scene), n, "the plane's increment in rational arithmetic, refined to 40 digits", methods)
 
 
 def _transient(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
     friction, factor = parameters.friction, parameters.overload * scene.limit
     exact = last_work(fo.march(scene.system, LOADS, friction, factor, cycles=CYCLES))
-    march = partial(fo.march, space.system, LOADS, friction, factor, cycles=CYCLES)
+    march = partial(fo.march, space[0], LOADS, friction, factor, cycles=CYCLES)
     methods = in_steps("frictopt, newton", march, parameters.space_steps, exact)
     return Question("transient, 3-D", "work in the second cycle", _name(scene), scene.system.nodes, "exact path of the plane contact", methods)
 
@@ -150,7 +127,7 @@ def _steady(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
     friction, factor = parameters.friction, parameters.steady_overload * scene.limit
     start = start_slip(parameters, scene.system)
     exact = last_work(fo.march(scene.system, LOADS, friction, factor, initial_slip=start, cycles=parameters.reference_cycles))
-    steady = partial(fo.steady_state, space.system, LOADS, friction, factor, initial_slip=space.turned(start))
+    steady = partial(fo.steady_state, space[0], LOADS, friction, factor, initial_slip=start[:, None] * space[1])
     error = relative(exact, lambda made: made.dissipation)
     methods = [Method("frictopt, newton", STEPS, f"{n}", partial(steady, steps=n), error) for n in parameters.space_steps]
     reference = f"work in cycle {parameters.reference_cycles} of the plane's exact path"

@@ -15,7 +15,7 @@ from .limits import exact_largest_margin, exact_limit
 from .methods import Method, Question, relative
 from .parameters import Parameters
 from .scenes import Scene
-from .space import VERTEX, InSpace
+from .space import VERTEX, in_space
 from .transients import STEPS
 
 _ABOVE = 1.5  # load factor of the least slip, over the shakedown limit
@@ -27,7 +27,7 @@ _RAYS = 64  # on which a region is compared with its closed form
 def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Question]:
     """Limits whose answers are those of the plane, and on the coarsest mesh two that follow transients."""
     plane, friction = scene.system, parameters.friction
-    system = InSpace(plane, np.random.default_rng(parameters.seed).uniform(0, 2 * np.pi, plane.nodes)).system
+    system, _ = in_space(parameters, scene)
     name, n = f"{scene.name}, in space", plane.nodes
 
     def question(computation: str, quantity: str, reference: str, run: Any, value: Any, exact: float) -> Question:
