@@ -6,18 +6,18 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
-from studies.dissipation import FAMILIES as BY_FAMILY
+from studies.dissipation import RUNS, summary
 from studies.tables import Table
 
 from .dissipation import FAMILIES
 from .style import BLACK, WIDE, new_figure, panel_label
 
-TABLES: Mapping[str, Table[Any]] = {"families": BY_FAMILY}
+TABLES: Mapping[str, Table[Any]] = {"runs": RUNS}
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     """One panel for each friction, one line for each family of starts."""
-    table = tables["families"]
+    table = summary(tables["runs"], "family")
     frictions = sorted(table["friction"].unique())
     figure = new_figure(WIDE, 72)
     panels = figure.subplots(1, len(frictions), sharex=True, sharey=True, squeeze=False)[0]

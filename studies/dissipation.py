@@ -81,24 +81,14 @@ def runs_of(parameters: Parameters, workers: int = 1, store: str | None = None) 
     return pd.concat(parts, ignore_index=True)[list(_RUN)]
 
 
-def spread_of(parameters: Parameters, **options: Any) -> pd.DataFrame:
-    """One row for each friction and load factor."""
-    return _summary(runs_of(parameters, **options), ["friction", "load_ratio", "load_factor"])
-
-
-def families_of(parameters: Parameters, **options: Any) -> pd.DataFrame:
-    """One row for each friction, load factor and family of starts."""
-    return _summary(runs_of(parameters, **options), ["friction", "load_ratio", "load_factor", "family"])
-
-
-def _summary(runs: pd.DataFrame, keys: list[str]) -> pd.DataFrame:
+def summary(runs: pd.DataFrame, *more: str) -> pd.DataFrame:
+    """One row for each friction, load factor and what else is named, of the table `RUNS`: how many shake down, W E* / P^2 per cycle."""
     work = "dissipation_scaled"
     return (
-        runs.assign(shaken=runs["outcome"] == "SHAKEDOWN", lost=runs["outcome"] == "FAILED")
-        .groupby(keys, sort=False)
+        runs.assign(shaken=runs["outcome"] == "SHAKEDOWN")
+        .groupby(["friction", "load_ratio", "load_factor", *more], sort=False)
         .agg(
             runs=("outcome", "size"),
-            failed=("lost", "sum"),
             shakedown=("shaken", "mean"),
             least=(work, "min"),
             median=(work, "median"),
@@ -160,15 +150,6 @@ _RUN = _LOAD | {
     "seconds": "time of the run, one thread",
     "error": "why there is no result; empty if there is one",
 }
-_SUMMARY = {
-    "runs": "number of runs",
-    "failed": "number of runs without a result",
-    "shakedown": "share of runs that shake down",
-    "least": "least W E* / P^2 per steady cycle",
-    "median": "its median",
-    "most": "its largest value",
-    "residual": "largest residual",
-}
 _STATE = {
     "state": "'least' or 'most': dissipation among all starts at this load",
     **_LOAD,
@@ -199,8 +180,6 @@ def _table(name: str, about: str, columns: dict[str, str], compute: Any) -> Tabl
 
 
 RUNS = _table("dissipation_runs", "one transient to its steady state", _RUN, runs_of)
-SPREAD = _table("dissipation_spread", "all starts at one load", _LOAD | _SUMMARY, spread_of)
-FAMILIES = _table("dissipation_families", "the starts of one family at one load", _LOAD | {"family": _RUN["family"]} | _SUMMARY, families_of)
 LIMITS = Table("dissipation_limits", "both limits at one friction", _LIMITS, full=FULL, quick=QUICK, compute=limits_of)
 STATES = _table("dissipation_states", "one node at one event of the steady cycle", _STATE, states_of)
 
@@ -208,6 +187,6 @@ STUDY = Study(
     "studies.dissipation",
     __doc__,
     "a coarse mesh and few starts, in seconds",
-    (RUNS, LIMITS, SPREAD, FAMILIES, STATES),
-    summary=lambda tables: tables[SPREAD.name].drop(columns=["load_factor", "failed"]).to_string(index=False, float_format="{:.4g}".format),
+    (RUNS, LIMITS, STATES),
+    summary=lambda tables: summary(tables[RUNS.name]).drop(columns="load_factor").to_string(index=False, float_format="{:.4g}".format),
 )

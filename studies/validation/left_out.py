@@ -4,7 +4,6 @@ Run with `python -m studies left_out [--quick]`; it prints the times in Markdown
 included: models are built and compiled in it. They are processor times, which other work on the machine disturbs least, and depend on the machine.
 """
 
-import time
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -16,10 +15,9 @@ from tqdm import tqdm
 
 import frictopt as fo
 
+from ..clock import timed
 from ..paper import LOADS
 from ..tables import Study, Table, markdown, two_digits
-
-_SLOW = 2.0  # seconds; longer runs are not repeated
 
 
 @dataclass(frozen=True)
@@ -31,7 +29,7 @@ class Parameters:
     friction: float = 0.7
     underload: float = 0.9  # load factor over the limit, of the safe slip
     corners: int = 64  # of the scenes with many
-    repetitions: int = 7  # of each timing, with and without simplification in turn
+    repetitions: int = 7  # of each timing at most
 
 
 FULL = Parameters()
@@ -81,30 +79,19 @@ def _row(scene: _Scene, name: str, parameters: Parameters) -> dict[str, Any]:
     ask: Any = partial(fo.shakedown_limit, *asked)
     if name == "safe slip":
         ask = partial(fo.safe_slip, *asked, parameters.underload * ask().load_factor)
-    seconds: dict[bool, list[float]] = {True: [], False: []}
-    answers: dict[bool, Any] = {}
-    for repetition in range(parameters.repetitions + 1):  # the first one loads libraries, and does not count
-        for simplify in (True, False) if repetition % 2 else (False, True):
-            start = time.process_time()
-            answers[simplify] = ask(simplify=simplify)
-            if repetition > 0:
-                seconds[simplify].append(time.process_time() - start)
-        if max(seconds[False], default=0.0) > _SLOW:
-            break
-    lean, full = answers[True], answers[False]
-    value, kept_value = (float(getattr(answer, _COMPUTATIONS[name])) for answer in (lean, full))
-    kept, left = (float(np.median(seconds[simplify])) for simplify in (False, True))
+    lean, full = (timed(partial(ask, simplify=simplify), parameters.repetitions) for simplify in (True, False))
+    value, kept_value = (float(getattr(made.answer, _COMPUTATIONS[name])) for made in (lean, full))
     return {
         "scene": scene.name,
         "nodes": scene.system.nodes,
         "corners": len(scene.cycle.corners),
         "computation": name,
-        "seconds_all": kept,
-        "seconds": left,
-        "saved": kept / left,
+        "seconds_all": full.seconds,
+        "seconds": lean.seconds,
+        "saved": full.seconds / lean.seconds,
         "difference": abs(value - kept_value) / (abs(kept_value) or 1.0),
-        "residual": max(lean.residual, full.residual),
-        "left_out": "; ".join(lean.record.left_out),
+        "residual": max(lean.answer.residual, full.answer.residual),
+        "left_out": "; ".join(lean.answer.record.left_out),
     }
 
 
@@ -132,7 +119,7 @@ _SAVED = {
     "nodes": "node pairs of the contact",
     "corners": "corners of the load cycle",
     "computation": "shakedown limit, or safe slip below it",
-    "seconds_all": "processor time of one call with simplify=False, one thread, median of the repetitions; one run if it takes over 2 s",
+    "seconds_all": "processor time of one call with simplify=False, one thread, median of the repetitions that 2 s allow, at least one",
     "seconds": "the same with simplify=True",
     "saved": "ratio of the two",
     "difference": "relative difference of the load factor or of the margin",

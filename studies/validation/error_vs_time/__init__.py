@@ -10,8 +10,8 @@ from ...limits import CORNER
 from ...tables import Study
 from .parameters import FULL, QUICK, Parameters
 from .report import report
-from .study import CALLS, ERROR
+from .study import ERROR
 
-__all__ = ["CALLS", "ERROR", "FULL", "QUICK", "STUDY", "Parameters"]
+__all__ = ["ERROR", "FULL", "QUICK", "STUDY", "Parameters"]
 
-STUDY = Study("studies.validation.error_vs_time", __doc__, "coarse meshes and few settings, in seconds", (ERROR, CALLS), report, needs=(CORNER,))
+STUDY = Study("studies.validation.error_vs_time", __doc__, "coarse meshes and few settings, in seconds", (ERROR,), report, needs=(CORNER,))

@@ -10,7 +10,6 @@ from tqdm import tqdm
 from ...origin import machine
 from ...tables import Table
 from . import condensation, guaranteed, increments, limits, space, space_answers, transients
-from .calls import first_and_second
 from .methods import RIVALS, Question, absent, measured
 from .parameters import FULL, QUICK, Parameters
 from .scenes import punch
@@ -49,14 +48,6 @@ def error_against_time(parameters: Parameters) -> pd.DataFrame:
     return table
 
 
-def calls(parameters: Parameters) -> pd.DataFrame:
-    """First and second calls, one thread."""
-    with threadpool_limits(1):
-        table = first_and_second(parameters)
-    table.attrs = {"machine": f"{machine()}, one thread used"}
-    return table
-
-
 _ERROR = {
     "computation": "name of the computation",
     "quantity": "quantity whose relative error is measured",
@@ -75,13 +66,4 @@ _ERROR = {
     "on_front": "no other method is as fast and as accurate, and better in one of the two; errors below 1e-12 count as equal",
     "ahead": "a rival on the front: frictopt has no answer as fast and as accurate",
 }
-_CALLS = {
-    "nodes": "node pairs of the interface",
-    "call": "name of the call",
-    "first": "processor time of the first call, its model built in it, s: median of the repetitions, one thread",
-    "second": "processor time of another call on the same model, s; NaN if there is no model to keep",
-    "residual": "residual of the answer; NaN if nothing is solved",
-}
-
 ERROR = Table("error_vs_time", "one method with one setting for one question", _ERROR, full=FULL, quick=QUICK, compute=error_against_time, alone=True)
-CALLS = Table("error_vs_time_calls", "one call on one mesh", _CALLS, full=FULL, quick=QUICK, compute=calls, alone=True)

@@ -14,7 +14,7 @@ from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement
 from ...paper import LOADS
 from .. import oracles
 from .designs import design_probes
-from .guarantees import guarantee_probes
+from .guarantees import guaranteed_corners, guaranteed_probe, guaranteed_units
 from .probes import SHEAR, Answer, Probe, Sizes, loose, nearly_separated, one_node, punch_in_units, shakedown
 from .ranges import range_probes
 from .separations import separation_probes
@@ -28,7 +28,7 @@ _DENSE = 300  # elements up to which the plain linear program is solved: it take
 def probes(sizes: Sizes) -> Iterator[Probe]:
     """All questions."""
     own = _friction, _stiffness, _surface, _poisson, _grading, _unit, _near_limit, _free_punch, _critical, _separation, _nodes, _corners, _cycles
-    for part in (*own, guarantee_probes, separation_probes, range_probes, design_probes, space_probes):
+    for part in (*own, separation_probes, range_probes, design_probes, space_probes):
         yield from part(sizes)
 
 
@@ -82,14 +82,15 @@ def _friction(sizes: Sizes) -> Iterator[Probe]:
     system, small = (fo.scenes.PunchOnHalfPlane(elements=n, growth=1.3).condense() for n in (sizes.elements, 2))
     for f in (0.0, 1e-6, 1e-3, 0.1, 0.7, 1.5, 3.0, 10.0):
         yield _limit_probe("friction", f"{f:g}", system, LOADS, f)
+        yield guaranteed_probe("friction", f"{f:g}", lambda: system, system.nodes, friction=f)
         yield _steady_probe("friction", f"{f:g}", system, LOADS, f, 3.0)
         for engine in (ExactIncrement, FrozenBoundIncrement):
             ask, tried = partial(_increment, engine, small, LOADS, f, 3.0), partial(_tried, small, LOADS, f, 3.0)
             yield Probe("friction", f"{f:g}", f"increment, {engine.__name__}", ask, tried, "all statuses tried")
 
 
-def _scene_probes(extreme: str, value: str, scene: fo.scenes.PunchOnHalfPlane, friction: float = 0.7) -> Iterator[Probe]:
-    """Balance of the condensed reactions, and the limit."""
+def _scene_probes(extreme: str, value: str, scene: fo.scenes.PunchOnHalfPlane, most_guaranteed: int) -> Iterator[Probe]:
+    """Balance of the condensed reactions, and the limits."""
     system = cache(scene.condense)
 
     def balance() -> Answer:
@@ -97,14 +98,16 @@ def _scene_probes(extreme: str, value: str, scene: fo.scenes.PunchOnHalfPlane, f
         return Answer(shear, float(abs(system().bonded["P"][1].sum() / (2 * scene.half_width) - 1)), "SuperLU")
 
     yield Probe(extreme, value, "condensation", balance, lambda: 1.0, "equilibrium of the punch")
-    plain = (lambda: _plain(system(), LOADS, friction)) if scene.elements <= _DENSE else None
-    yield Probe(extreme, value, "shakedown limit", lambda: shakedown(system(), LOADS, friction), plain, _LP)
+    plain = (lambda: _plain(system(), LOADS, 0.7)) if scene.elements <= _DENSE else None
+    yield Probe(extreme, value, "shakedown limit", lambda: shakedown(system(), LOADS, 0.7), plain, _LP)
+    if scene.elements <= most_guaranteed:
+        yield guaranteed_probe(extreme, value, system, scene.elements + 1)
 
 
 def _stiffness(sizes: Sizes) -> Iterator[Probe]:
     for ratio in (1e-12, 1e-6, 1e-3, 1e3, 1e6, 1e12):
         scene = fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.3, punch_material=fo.Material(ratio))
-        yield from _scene_probes("stiffness of the punch over that of the block", f"{ratio:g}", scene)
+        yield from _scene_probes("stiffness of the punch over that of the block", f"{ratio:g}", scene, sizes.most_guaranteed)
 
 
 def _surface(sizes: Sizes) -> Iterator[Probe]:
@@ -133,9 +136,8 @@ def _poisson(sizes: Sizes) -> Iterator[Probe]:
 
 def _grading(sizes: Sizes) -> Iterator[Probe]:
     for grading in sizes.gradings:
-        yield from _scene_probes(
-            "grading of the contact", f"{grading:g}", fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.5, grading=grading)
-        )
+        scene = fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.5, grading=grading)
+        yield from _scene_probes("grading of the contact", f"{grading:g}", scene, sizes.most_guaranteed)
 
 
 def _unit(sizes: Sizes) -> Iterator[Probe]:
@@ -151,6 +153,7 @@ def _unit(sizes: Sizes) -> Iterator[Probe]:
             value = f"force {force:g}, length {length:g}"
             yield Probe("units", value, "shakedown limit", partial(limit, force, length), lambda: limit(1.0, 1.0).number, "units of 1")
             yield Probe("units", value, "steady state", partial(work, force, length), lambda: work(1.0, 1.0).number, "units of 1")
+    yield from guaranteed_units()
 
 
 def _near_limit(sizes: Sizes) -> Iterator[Probe]:
@@ -168,11 +171,14 @@ def _near_limit(sizes: Sizes) -> Iterator[Probe]:
 
 def _free_punch(sizes: Sizes) -> Iterator[Probe]:
     system = fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
+    extreme = "punch held by its loads alone"
     for f in (0.1, 1.0):
-        yield _limit_probe("punch held by its loads alone", f"f = {f:g}", system, SHEAR, f)
+        yield _limit_probe(extreme, f"f = {f:g}", system, SHEAR, f)
         over = partial(_steady, system, SHEAR, f, 1.5 * f)
-        yield Probe("punch held by its loads alone", f"f = {f:g}", "steady state beyond gross slip", over, None, "none: it slides away")
-    yield _limit_probe("punch held by its loads alone", "A = 0", loose(), LOADS, 0.5)
+        yield Probe(extreme, f"f = {f:g}", "steady state beyond gross slip", over, None, "none: it slides away")
+        yield guaranteed_probe(extreme, f"f = {f:g}", lambda: system, system.nodes, SHEAR, f)
+    yield _limit_probe(extreme, "A = 0", loose(), LOADS, 0.5)
+    yield guaranteed_probe(extreme, "A = 0", loose, 2, friction=0.5)
 
 
 def _critical(_: Sizes) -> Iterator[Probe]:
@@ -191,6 +197,7 @@ def _separation(sizes: Sizes) -> Iterator[Probe]:
         name = "pressure that the mean load leaves at one node, relative"
         yield _limit_probe(name, left, system, cycle, 0.7)
         yield _steady_probe(name, left, system, cycle, 0.7, 3.0)
+        yield guaranteed_probe(name, left, lambda: system, system.nodes, cycle)
     for p0 in (1e-6, 1e-9, 1e-12):
         node = one_node(2.0, 0.5, 1.0, 0.1 * p0, p0)
         closed = partial(single_node_limit, 2.0, 0.5, 0.1 * p0, p0, 1.0, 0.2, 0.4)
@@ -201,18 +208,19 @@ def _separation(sizes: Sizes) -> Iterator[Probe]:
 def _nodes(sizes: Sizes) -> Iterator[Probe]:
     for elements in sizes.most_nodes:
         scene = fo.scenes.PunchOnHalfPlane(elements=elements, growth=1.5, grading=20.0 if elements > 2 else 1.0)
-        yield from _scene_probes("nodes", f"{elements + 1}", scene)
+        yield from _scene_probes("nodes", f"{elements + 1}", scene, sizes.most_guaranteed)
 
 
 def _corners(sizes: Sizes) -> Iterator[Probe]:
     rng = np.random.default_rng(0)
     system = fo.scenes.PunchOnHalfPlane(elements=16, growth=1.3).condense()
-    corners = [{"sigma": float(a), "Q": 0.1 * float(b)} for a, b in rng.normal(size=(sizes.corners, 2))]
-    cycle = fo.LoadCycle({"P": 1.0}, corners)
+    points = rng.normal(size=(sizes.corners, 2))
+    cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": float(a), "Q": 0.1 * float(b)} for a, b in points])
     extreme, value = "corners of the load cycle", f"{sizes.corners:,}"
     yield _limit_probe(extreme, value, system, cycle, 0.7)
     ask, brute = partial(_steady, system, cycle, 0.7, 1.0), partial(_brute, system, cycle, 0.7, 1.0, 6)
     yield Probe(extreme, value, "steady state", ask, brute, "6 cycles followed")
+    yield guaranteed_corners(extreme, value, system, cycle, points)
 
 
 def _cycles(sizes: Sizes) -> Iterator[Probe]:
