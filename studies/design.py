@@ -144,66 +144,38 @@ def bolts(parameters: Parameters) -> Iterator[Row]:
         yield {"load_factor": carried.value, **design.preload, **found}
 
 
-LIMITS = Table(
-    "design_limits",
-    "limits of a punch with the best profile",
-    {
-        "friction": "coefficient of friction",
-        "depth": "largest depth taken off",
-        "face": "free, or three shapes",
-        "load_factor": "shakedown limit",
-        "guaranteed": "guaranteed limit of the same design",
-        "residual": "residual of the design",
-    },
-    FULL,
-    QUICK,
-    limits,
-)
+_LIMITS_COLUMNS = {
+    "friction": "coefficient of friction",
+    "depth": "largest depth taken off",
+    "face": "free, or three shapes",
+    "load_factor": "shakedown limit",
+    "guaranteed": "guaranteed limit of the same design",
+    "residual": "residual of the design",
+}
+LIMITS = Table("design_limits", "limits of a punch with the best profile", _LIMITS_COLUMNS, FULL, QUICK, limits)
+_PROFILES_COLUMNS = {
+    "face": "which",
+    "x": "place, over the half-width",
+    "profile": "material taken off",
+    "pressure": "mean pressure over the corners at the limit, per length",
+    "load_factor": "shakedown limit; of the worn face the limit with open nodes",
+    "residual": "residual of the limit",
+}
 PROFILES = Table(
-    "design_profiles",
-    "profiles of a punch: flat, worn in above its limit, and the best ones as deep",
-    {
-        "face": "which",
-        "x": "place, over the half-width",
-        "profile": "material taken off",
-        "pressure": "mean pressure over the corners at the limit, per length",
-        "load_factor": "shakedown limit; of the worn face the limit with open nodes",
-        "residual": "residual of the limit",
-    },
-    FULL,
-    QUICK,
-    profiles,
+    "design_profiles", "profiles of a punch: flat, worn in above its limit, and the best ones as deep", _PROFILES_COLUMNS, FULL, QUICK, profiles
 )
-RELIEF = Table(
-    "design_relief",
-    "limits of a dovetail with the best relief of its flanks",
-    {
-        "friction": "coefficient of friction",
-        "depth": "largest depth taken off",
-        "load_factor": "shakedown limit",
-        "guaranteed": "guaranteed limit of the same design",
-        "residual": "residual of the design",
-    },
-    FULL,
-    QUICK,
-    relief,
-)
-BOLTS = Table(
-    "design_bolts",
-    "least bolt forces of a lap joint in space",
-    {
-        "load_factor": "load that is carried",
-        **{f"bolt {k}": f"force of bolt {k}; the upper plate is pulled at the side of the last one" for k in range(3)},
-        "total": "sum of the forces",
-        "price": "rate of the sum with the load: what one more load factor costs",
-        "even": "load factor that the same sum carries in three equal bolts",
-        **{f"gain {k}": f"rate of that load factor with the force of bolt {k}" for k in range(3)},
-        "residual": "residual of the design",
-    },
-    FULL,
-    QUICK,
-    bolts,
-)
+_RELIEF_COLUMNS = {name: meaning for name, meaning in _LIMITS_COLUMNS.items() if name != "face"}
+RELIEF = Table("design_relief", "limits of a dovetail with the best relief of its flanks", _RELIEF_COLUMNS, FULL, QUICK, relief)
+_BOLTS_COLUMNS = {
+    "load_factor": "load that is carried",
+    **{f"bolt {k}": f"force of bolt {k}; the upper plate is pulled at the side of the last one" for k in range(3)},
+    "total": "sum of the forces",
+    "price": "rate of the sum with the load: what one more load factor costs",
+    "even": "load factor that the same sum carries in three equal bolts",
+    **{f"gain {k}": f"rate of that load factor with the force of bolt {k}" for k in range(3)},
+    "residual": "residual of the design",
+}
+BOLTS = Table("design_bolts", "least bolt forces of a lap joint in space", _BOLTS_COLUMNS, FULL, QUICK, bolts)
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
@@ -214,14 +186,8 @@ def summary(tables: Mapping[str, pd.DataFrame]) -> str:
         gains = [f"{deepest[name] / flat[name]:.2f}" for name in ("load_factor", "guaranteed")]
         rows.append([f"punch, {face}, depth {deepest['depth']:g}", f"{friction:g}", *gains])
     for friction, table in tables[RELIEF.name].groupby("friction"):
-        rows.append(
-            [
-                f"dovetail, depth {table['depth'].iloc[-1]:g}",
-                f"{friction:g}",
-                f"{table['load_factor'].iloc[-1] / table['load_factor'].iloc[0]:.2f}",
-                "-",
-            ]
-        )
+        least, deepest = table.iloc[0], table.iloc[-1]
+        rows.append([f"dovetail, depth {deepest['depth']:g}", f"{friction:g}", f"{deepest['load_factor'] / least['load_factor']:.2f}", "-"])
     last = tables[BOLTS.name].iloc[-1]
     rows.append(["lap joint, best bolts over equal ones", f"{_FRICTION:g}", f"{last['load_factor'] / last['even']:.2f}", "-"])
     return markdown(["design", "friction", "shakedown limit over that before", "guaranteed limit over that before"], rows)

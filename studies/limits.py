@@ -219,20 +219,15 @@ CORNER = Table("limits_corner", "shakedown limit of one mesh at one friction", _
 REACTIONS = Table(
     "limits_reactions", "one node at one load corner, at the shakedown limit", _MESH | _REACTION, full=FULL, quick=QUICK, compute=reactions_at_limit
 )
+_SURFACE_COLUMNS = _MESH | {
+    "surface": "E* over the contact stiffness, over a; 0 for the hard contact",
+    "friction": _LIMIT["friction"],
+    "onset": "load factor at the first slip; 0 if it happens under the mean load alone",
+    "load_factor": _LIMIT["load_factor"],
+    "residual": "residual of the limit",
+}
 SURFACE = Table(
-    "limits_surface",
-    "onset and shakedown limit of one mesh with one contact stiffness",
-    _MESH
-    | {
-        "surface": "E* over the contact stiffness, over a; 0 for the hard contact",
-        "friction": _LIMIT["friction"],
-        "onset": "load factor at the first slip; 0 if it happens under the mean load alone",
-        "load_factor": _LIMIT["load_factor"],
-        "residual": "residual of the limit",
-    },
-    full=FULL,
-    quick=QUICK,
-    compute=limits_by_surface,
+    "limits_surface", "onset and shakedown limit of one mesh with one contact stiffness", _SURFACE_COLUMNS, FULL, QUICK, limits_by_surface
 )
 
 STUDY = Study("studies.limits", __doc__, "few coarse meshes, in seconds", (FRICTION, CORNER, REACTIONS, SURFACE))

@@ -33,12 +33,7 @@ class Parameters:
 
 
 FULL = Parameters()
-QUICK = Parameters(
-    sampled=dissipation.QUICK,
-    protocol_elements=16,
-    protocol_frictions=(0.3, 0.7),
-    protocol_scan=10,
-)
+QUICK = Parameters(sampled=dissipation.QUICK, protocol_elements=16, protocol_frictions=(0.3, 0.7), protocol_scan=10)
 
 
 @cache
@@ -144,11 +139,7 @@ def _outside(works: Any, least: Any, most: Any) -> Any:
     return (works > most * (1 + _INSIDE)) | (works < least * (1 - _INSIDE))
 
 
-_LOAD = {
-    "friction": "coefficient of friction",
-    "load_ratio": "load factor over lambda_2",
-    "load_factor": "amplitude of sigma / (P / 2a)",
-}
+_LOAD = {"friction": "coefficient of friction", "load_ratio": "load factor over lambda_2", "load_factor": "amplitude of sigma / (P / 2a)"}
 _SPAN = {"least": "least W E* / P^2 per steady cycle found", "most": "largest W E* / P^2 per steady cycle found"}
 _RESIDUAL = {"residual": "worst residual"}
 _FOUND = (
@@ -198,10 +189,5 @@ def _summary(tables: Any) -> str:
 
 
 STUDY = Study(
-    "studies.range",
-    __doc__,
-    "coarse meshes and few starts, in seconds",
-    (FOUND, SLIP, PROTOCOLS),
-    summary=_summary,
-    needs=(dissipation.RUNS,),
+    "studies.range", __doc__, "coarse meshes and few starts, in seconds", (FOUND, SLIP, PROTOCOLS), summary=_summary, needs=(dissipation.RUNS,)
 )

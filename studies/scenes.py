@@ -98,24 +98,18 @@ def _row(scene: str, case: str, parameter: float, system: fo.ContactSystem, cycl
     }
 
 
-LIMITS = Table(
-    "scenes_limits",
-    "limits of one scene under one load at one friction",
-    {
-        "scene": "dovetail, pin or punch",
-        "case": "load that goes to and fro, or round",
-        "parameter": "angle of the flanks, degrees; radius of the punch's edges / a; NaN for the pin",
-        "nodes": "node pairs",
-        "friction": "coefficient of friction",
-        "onset": "load factor at the first slip, once the mean load has settled where it opens nodes; 0 where it alone slips",
-        "mean_opens": "number of nodes that open under the mean load alone",
-        "load_factor": "shakedown limit lambda_2; inf: none; NaN: no residual slip is safe",
-        "guaranteed": "guaranteed limit lambda_1",
-        "residual": "worst violation by the safe slips, relative",
-    },
-    full=FULL,
-    quick=QUICK,
-    compute=limits,
-)
+_LIMITS_COLUMNS = {
+    "scene": "dovetail, pin or punch",
+    "case": "load that goes to and fro, or round",
+    "parameter": "angle of the flanks, degrees; radius of the punch's edges / a; NaN for the pin",
+    "nodes": "node pairs",
+    "friction": "coefficient of friction",
+    "onset": "load factor at the first slip, once the mean load has settled where it opens nodes; 0 where it alone slips",
+    "mean_opens": "number of nodes that open under the mean load alone",
+    "load_factor": "shakedown limit lambda_2; inf: none; NaN: no residual slip is safe",
+    "guaranteed": "guaranteed limit lambda_1",
+    "residual": "worst violation by the safe slips, relative",
+}
+LIMITS = Table("scenes_limits", "limits of one scene under one load at one friction", _LIMITS_COLUMNS, FULL, QUICK, limits)
 
 STUDY = Study("studies.scenes", __doc__, "coarse meshes, in seconds", (LIMITS,))

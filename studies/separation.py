@@ -123,32 +123,18 @@ _COLUMNS = {
     "residual": "largest violation of the contact law by the state of rest",
     "seconds": "run time",
 }
+_CYLINDER_COLUMNS = {"size": "cell over the half-width of the contact"} | _COLUMNS
 CYLINDER = Table(
-    "separation_cylinder",
-    "limit of a cylinder on a half-plane under tangential load, Q / (f P)",
-    {"size": "cell over the half-width of the contact"} | _COLUMNS,
-    FULL,
-    QUICK,
-    cylinder,
+    "separation_cylinder", "limit of a cylinder on a half-plane under tangential load, Q / (f P)", _CYLINDER_COLUMNS, FULL, QUICK, cylinder
 )
-ROUNDED = Table(
-    "separation_rounded",
-    "limit of a punch with rounded edges, sigma / (P / 2a)",
-    {"elements": "elements on the contact", "rounding": "s of the gap s (|x| / a - 0.6)^2, over a P / (2a E)"} | _COLUMNS,
-    FULL,
-    QUICK,
-    rounded,
-)
-CLOSED = Table(
-    "separation_closed",
-    "limits of contacts that are closed under the mean load",
+_ROUNDED_COLUMNS = {"elements": "elements on the contact", "rounding": "s of the gap s (|x| / a - 0.6)^2, over a P / (2a E)"} | _COLUMNS
+ROUNDED = Table("separation_rounded", "limit of a punch with rounded edges, sigma / (P / 2a)", _ROUNDED_COLUMNS, FULL, QUICK, rounded)
+_CLOSED_COLUMNS = (
     {"scene": "flat punch, sigma / (P / 2a); or pin, force over overlap"}
     | _COLUMNS
-    | {"rests": "load factor up to which transients from the safe slip come to rest, with nodes that may open and close"},
-    FULL,
-    QUICK,
-    closed,
+    | {"rests": "load factor up to which transients from the safe slip come to rest, with nodes that may open and close"}
 )
+CLOSED = Table("separation_closed", "limits of contacts that are closed under the mean load", _CLOSED_COLUMNS, FULL, QUICK, closed)
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:

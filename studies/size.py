@@ -26,15 +26,7 @@ from .tables import Study, Table, markdown, two_digits
 
 _LOADS = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 _FRICTION = 0.5
-_QUESTIONS = (
-    "condense",
-    "shakedown limit",
-    "limit, nothing left out",
-    "safe slip",
-    "guaranteed limit",
-    "steady state below",
-    "steady state above",
-)
+_QUESTIONS = ("condense", "shakedown limit", "limit, nothing left out", "safe slip", "guaranteed limit", "steady state below", "steady state above")
 _IN_MEMORY = 1e9 if sys.platform == "darwin" else 1e6  # units of the largest memory, in gigabytes
 
 

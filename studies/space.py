@@ -109,37 +109,19 @@ _LIMITS = {
 }
 _LOAD = {"load": "load cycle, see LOADS"}
 
-FRICTION = Table(
-    "space_friction",
-    "limits of a square punch at one friction",
-    _LOAD | {"friction": "coefficient of friction"} | _LIMITS,
-    full=FULL,
-    quick=QUICK,
-    compute=against_friction,
-)
-MESH = Table(
-    "space_mesh",
-    "limits of one contact on one mesh",
-    {"scene": '"square punch" or "sphere"', "nodes": "node pairs"} | _LOAD | _LIMITS,
-    full=FULL,
-    quick=QUICK,
-    compute=against_mesh,
-)
-WORK = Table(
-    "space_work",
-    "steady work of friction of a square punch under bulk stress at one load factor",
-    {
-        "ratio": "load factor over lambda_2",
-        "guaranteed": "lambda_1 over lambda_2",
-        "work": "work of friction per cycle from no slip",
-        "least": "least of all starts",
-        "most": "most of all starts",
-        "residual": "worst of all steady states",
-    },
-    full=FULL,
-    quick=QUICK,
-    compute=work_between,
-)
+_FRICTION_COLUMNS = _LOAD | {"friction": "coefficient of friction"} | _LIMITS
+FRICTION = Table("space_friction", "limits of a square punch at one friction", _FRICTION_COLUMNS, FULL, QUICK, against_friction)
+_MESH_COLUMNS = {"scene": '"square punch" or "sphere"', "nodes": "node pairs"} | _LOAD | _LIMITS
+MESH = Table("space_mesh", "limits of one contact on one mesh", _MESH_COLUMNS, FULL, QUICK, against_mesh)
+_WORK_COLUMNS = {
+    "ratio": "load factor over lambda_2",
+    "guaranteed": "lambda_1 over lambda_2",
+    "work": "work of friction per cycle from no slip",
+    "least": "least of all starts",
+    "most": "most of all starts",
+    "residual": "worst of all steady states",
+}
+WORK = Table("space_work", "steady work of friction of a square punch under bulk stress at one load factor", _WORK_COLUMNS, FULL, QUICK, work_between)
 
 
 def _report(tables: Mapping[str, pd.DataFrame]) -> str:

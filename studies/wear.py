@@ -56,19 +56,9 @@ def profiles(parameters: Parameters) -> pd.DataFrame:
     chosen = np.unique([np.abs(largest - part).argmin() for part in np.linspace(0.0, largest[-1], parameters.profiles)])
     form = _CYLINDER.worn_depth(x, 0.5 * _FRICTION)
     parts = [
-        pd.DataFrame(
-            {
-                "cycles": history.cycles[row],
-                "x": x,
-                "depth": history.depth[row],
-                "pressure": history.pressure[row],
-                "end": form,
-                "residual": history.residual,
-            }
-        )
-        for row in chosen
+        pd.DataFrame({"x": x, "depth": history.depth[row], "pressure": history.pressure[row]}).assign(cycles=history.cycles[row]) for row in chosen
     ]
-    return pd.concat(parts, ignore_index=True)
+    return pd.concat(parts, ignore_index=True).assign(end=np.tile(form, len(chosen)), residual=history.residual)
 
 
 def histories(parameters: Parameters) -> Iterator[Row]:
@@ -113,65 +103,41 @@ def life(parameters: Parameters) -> Iterator[Row]:
         yield {**found, "guaranteed": guaranteed.load_factor / load, "residual": residual}
 
 
-PROFILES = Table(
-    "wear_profiles",
-    "profiles of a cylinder at half of gross slip while it wears",
-    {
-        "cycles": "load cycles",
-        "x": "place, over the half-width of the contact",
-        "depth": "depth worn off",
-        "pressure": "pressure at the last corner",
-        "end": "depth in the end, in closed form",
-        "residual": "largest residual of all steady states",
-    },
-    FULL,
-    QUICK,
-    profiles,
-)
-HISTORY = Table(
-    "wear_history",
-    "work of friction while contacts wear",
-    {
-        "contact": "which",
-        "cycles": "load cycles",
-        "work_share": "work of friction per cycle, over that of the unworn contact",
-        "largest_depth": "largest depth worn off",
-        "volume": "volume worn off",
-        "slipping": "nodes that slip",
-        "residual": "largest residual of all steady states",
-    },
-    FULL,
-    QUICK,
-    histories,
-)
-LIMITS = Table(
-    "wear_limits",
-    "limits of a cylinder before and after wear, over the load that wears it",
-    {
-        "nodes": "number of node pairs",
-        "before": "limit with open nodes of the unworn contact",
-        "after": "the same of the contact worn in",
-        "residual": "largest violation of the contact law by the worn contact at rest",
-    },
-    FULL,
-    QUICK,
-    limits,
-)
-LIFE = Table(
-    "wear_life",
-    "damping, frequency and limits of a lap joint while it wears",
-    {
-        "cycles": "load cycles",
-        "damping": "damping ratio of the steady cycle",
-        "frequency": "its frequency, over that of the joint that is glued",
-        "limit": "shakedown limit of the worn joint, over the load that wears it",
-        "guaranteed": "guaranteed limit of the worn joint, over that load",
-        "residual": "largest residual of the steady state and both limits",
-    },
-    FULL,
-    QUICK,
-    life,
-)
+_PROFILES_COLUMNS = {
+    "cycles": "load cycles",
+    "x": "place, over the half-width of the contact",
+    "depth": "depth worn off",
+    "pressure": "pressure at the last corner",
+    "end": "depth in the end, in closed form",
+    "residual": "largest residual of all steady states",
+}
+PROFILES = Table("wear_profiles", "profiles of a cylinder at half of gross slip while it wears", _PROFILES_COLUMNS, FULL, QUICK, profiles)
+_HISTORY_COLUMNS = {
+    "contact": "which",
+    "cycles": "load cycles",
+    "work_share": "work of friction per cycle, over that of the unworn contact",
+    "largest_depth": "largest depth worn off",
+    "volume": "volume worn off",
+    "slipping": "nodes that slip",
+    "residual": "largest residual of all steady states",
+}
+HISTORY = Table("wear_history", "work of friction while contacts wear", _HISTORY_COLUMNS, FULL, QUICK, histories)
+_LIMITS_COLUMNS = {
+    "nodes": "number of node pairs",
+    "before": "limit with open nodes of the unworn contact",
+    "after": "the same of the contact worn in",
+    "residual": "largest violation of the contact law by the worn contact at rest",
+}
+LIMITS = Table("wear_limits", "limits of a cylinder before and after wear, over the load that wears it", _LIMITS_COLUMNS, FULL, QUICK, limits)
+_LIFE_COLUMNS = {
+    "cycles": "load cycles",
+    "damping": "damping ratio of the steady cycle",
+    "frequency": "its frequency, over that of the joint that is glued",
+    "limit": "shakedown limit of the worn joint, over the load that wears it",
+    "guaranteed": "guaranteed limit of the worn joint, over that load",
+    "residual": "largest residual of the steady state and both limits",
+}
+LIFE = Table("wear_life", "damping, frequency and limits of a lap joint while it wears", _LIFE_COLUMNS, FULL, QUICK, life)
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:

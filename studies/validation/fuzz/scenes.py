@@ -137,12 +137,7 @@ def _condensed(elements: int, which: int) -> fo.ContactSystem:
     return replace(system, bonded=loads, compliance=None)
 
 
-FAMILIES: dict[str, Callable[[np.random.Generator], fo.ContactSystem]] = {
-    "any": _any,
-    "chain": _chain,
-    "half-planes": _half_planes,
-    "punch": _punch,
-}
+FAMILIES: dict[str, Callable[[np.random.Generator], fo.ContactSystem]] = {"any": _any, "chain": _chain, "half-planes": _half_planes, "punch": _punch}
 """Family -> function that makes a contact."""
 
 _OFTEN = (0.4, 0.25, 0.25, 0.1)
