@@ -22,7 +22,7 @@ _LOOKS: dict[str, dict[str, Any]] = {
     "frictopt, programs\nof increments": {"color": _BLUE, "marker": "o", "ms": 5, "mfc": "white"},
     **{
         name: {"color": series["color"], "marker": series["marker"], "ms": 4, "mfc": "white"}
-        for name, series in zip(("HiGHS", "Clarabel", "OSQP", "DAQP", "Lemke", "scipy"), SERIES[1:], strict=False)
+        for name, series in zip(("HiGHS", "Clarabel", "OSQP", "Lemke", "scipy"), SERIES[1:], strict=False)
     },
 }
 _COLUMNS = 4

@@ -98,24 +98,19 @@ def clarabel(program: LinearProgram, tolerance: float) -> float:
     return clarabel_cone(program.cost, matrix, right, [installed("clarabel").NonnegativeConeT(len(right))], tolerance)
 
 
-def clarabel_settings(tolerance: float) -> Any:
-    """Clarabel's settings: one thread, and one tolerance for all it asks for."""
-    settings = installed("clarabel").DefaultSettings()
-    settings.verbose, settings.max_threads = False, 1
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
-    return settings
-
-
 def clarabel_cone(cost: Array, matrix: csc_matrix, right: Array, cones: list[Any], tolerance: float) -> float:
-    """Optimal cost of a cone program by Clarabel.
+    """Optimal cost of a cone program by Clarabel, one thread, with one tolerance for all it asks for.
 
     Raises
     ------
     ArithmeticError
         No optimum, not even an inaccurate one.
     """
-    solver = installed("clarabel").DefaultSolver(csc_matrix((len(cost),) * 2), cost, matrix, right, cones, clarabel_settings(tolerance))
-    answer = solver.solve()
+    package = installed("clarabel")
+    settings = package.DefaultSettings()
+    settings.verbose, settings.max_threads = False, 1
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
+    answer = package.DefaultSolver(csc_matrix((len(cost),) * 2), cost, matrix, right, cones, settings).solve()
     _accept(str(answer.status) in ("Solved", "AlmostSolved"), answer.status)
     return float(answer.obj_val)
 
@@ -129,18 +124,12 @@ def osqp(program: LinearProgram, tolerance: float) -> float:
         No optimum in 20,000 iterations, not even an inaccurate one.
     """
     matrix, right = program.with_bounds
-    hessian, lower = csc_matrix((len(program.cost),) * 2), np.full(len(right), -np.inf)
-    answer = osqp_set_up(hessian, program.cost, matrix, lower, right, tolerance).solve(raise_error=False)
-    _accept(str(answer.info.status).startswith("solved"), answer.info.status)
-    return float(program.cost @ answer.x)
-
-
-def osqp_set_up(hessian: csc_matrix, cost: Array, matrix: csc_matrix, lower: Array, upper: Array, tolerance: float) -> Any:
-    """OSQP with a quadratic program, polished."""
     solver = installed("osqp").OSQP()
     tolerances = {"eps_abs": tolerance, "eps_rel": tolerance, "max_iter": 20000, "polishing": True, "verbose": False}
-    solver.setup(hessian, cost, matrix, lower, upper, **tolerances)
-    return solver
+    solver.setup(csc_matrix((len(program.cost),) * 2), program.cost, matrix, np.full(len(right), -np.inf), right, **tolerances)
+    answer = solver.solve(raise_error=False)
+    _accept(str(answer.info.status).startswith("solved"), answer.info.status)
+    return float(program.cost @ answer.x)
 
 
 def methods(program: LinearProgram, tolerances: tuple[float, ...], error: Callable[[float], float]) -> Iterator[Method]:

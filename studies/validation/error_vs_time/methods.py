@@ -18,7 +18,7 @@ EPSILON = float(np.finfo(float).eps)
 ROUNDING = 1e-12
 """Errors below it count as equal, because condensation leaves errors of about 1e-13 in the stiffness."""
 
-RIVALS = ("highspy", "clarabel", "osqp", "daqp", "quantecon", "scipy")
+RIVALS = ("highspy", "clarabel", "osqp", "quantecon", "scipy")
 """Packages whose bare calls are measured in the same run, where they are installed."""
 
 
