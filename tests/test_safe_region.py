@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from spatial import random_contact
-from studies.validation.extremes.space import polygon_limit
 from studies.validation.fuzz.embedded import embedded
+from studies.validation.polygons import polygon_limit
 from systems import lifts, linprog_limit, random_system, stress_of, system
 from test_open_nodes import open_in_space
 

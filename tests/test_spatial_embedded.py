@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from spatial import random_contact, vectors
-from studies.validation.extremes.space import polygon_limit
 from studies.validation.fuzz.embedded import embedded
+from studies.validation.polygons import polygon_limit
 from systems import random_system
 
 CORNERS = [{"a": 1.0}, {"a": -0.4, "b": 0.3}, {"b": 1.0}]

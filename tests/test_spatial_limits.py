@@ -12,7 +12,7 @@ from scipy.optimize import minimize
 import frictopt as fo
 from frictopt.reference import smallest_circle, smallest_circle_limit
 from spatial import cycle, random_contact, single, strip, vectors
-from studies.validation.extremes.space import polygon_limit
+from studies.validation.polygons import polygon_limit
 
 
 def uncoupled(rng, nodes, corners):

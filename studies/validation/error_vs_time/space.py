@@ -33,7 +33,7 @@ InSpace = tuple[fo.ContactSystem, Array]  # the contact in three dimensions, and
 
 def in_space(parameters: Parameters, scene: Scene) -> InSpace:
     """The plane scene as a contact in three dimensions, whose answers are those of the plane."""
-    return embedded(scene.system, np.random.default_rng(parameters.seed))
+    return embedded(scene.system, np.random.default_rng(parameters.seed), across=scene.system.A)
 
 
 def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Question]:

@@ -24,14 +24,16 @@ FRICTION_EVERY = 4
 _FRICTION = 0.5  # at most, for increments: with more, several states may obey the law
 
 
-def embedded(flat: fo.ContactSystem, rng: np.random.Generator) -> tuple[fo.ContactSystem, Any]:
+def embedded(flat: fo.ContactSystem, rng: np.random.Generator, across: Any = None) -> tuple[fo.ContactSystem, Any]:
     """A plane contact in space, its tangents turned node by node; returns the unit vectors (N, 2) along which the plane slips, too.
 
-    Across the plane it has some stiffness, or none, and no load: whatever the plane carries is carried, and slips across it help nothing.
+    Across the plane it has the stiffness `across` (N, N), by default some or none, and no load: whatever the plane carries is carried, and slips
+    across it help nothing.
     """
     n, none = flat.nodes, np.zeros((flat.nodes, flat.nodes))
-    G = rng.normal(size=(n, int(rng.integers(0, n + 1))))
-    across = float(np.diag(flat.A).mean()) * G @ G.T
+    if across is None:
+        G = rng.normal(size=(n, int(rng.integers(0, n + 1))))
+        across = float(np.diag(flat.A).mean()) * G @ G.T
     S = np.block([[flat.A, none, flat.B.T], [none, across, none], [flat.B, none, flat.C]])
     along = np.exp(1j * rng.uniform(0, 2 * np.pi, n))
     c, s = np.diag(along.real), np.diag(along.imag)

@@ -9,8 +9,7 @@ import numpy as np
 import frictopt as fo
 from frictopt.transients.increments import FrozenBoundIncrement, NewtonIncrement
 
-from ..critical_in_space import least_critical
-from ..extremes.space import polygon_limit
+from ..polygons import least_critical, polygon_limit
 from . import embedded
 from .cases import Case
 from .checks import Finding, asked
