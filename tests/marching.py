@@ -59,39 +59,3 @@ def last_cycle(system, load_factor, starts, increments=6, cycles=80):
             least = np.minimum(least, pressure.min(axis=1))
             v = new
     return Cycle(v, work, least)
-
-
-class State(NamedTuple):
-    """An admissible state; status is 0, 1, -1 as in `statuses`, None where the node is open."""
-
-    status: tuple
-    v: np.ndarray
-    w: np.ndarray
-    q: np.ndarray
-    p: np.ndarray
-
-
-def admissible(A, B, C, f, q, p, v):
-    """All admissible states, of the 4^N, after a load (q, p) has come on at the slip v; the gap may open, there is no initial one."""
-    A, B, C = (np.atleast_2d(np.asarray(matrix, dtype=float)) for matrix in (A, B, C))
-    nodes = len(A)
-    S = np.block([[A, B.T], [B, C]])
-    bonded = np.r_[np.broadcast_to(q, nodes), np.broadcast_to(p, nodes)].astype(float)
-    v, f, one = np.broadcast_to(np.asarray(v, dtype=float), nodes), np.broadcast_to(f, nodes), np.eye(2 * nodes)
-    found = []
-    for status in product((0, 1, -1, None), repeat=nodes):
-        rows, right = [], []
-        for i, sense in enumerate(status):
-            if sense is None:  # no forces
-                rows += [S[i], S[nodes + i]]
-                right += [-bonded[i], -bonded[nodes + i]]
-            else:  # no gap, and either no slip or friction at its bound
-                rows += [one[nodes + i], S[i] + sense * f[i] * S[nodes + i] if sense else one[i]]
-                right += [0.0, -bonded[i] - sense * f[i] * bonded[nodes + i] if sense else v[i]]
-        u = np.linalg.solve(rows, right)
-        forces = bonded + S @ u
-        new, w, qs, ps = u[:nodes], u[nodes:], forces[:nodes], forces[nodes:]
-        legal = {None: w > 0, 0: np.abs(qs) <= f * ps, 1: (new > v) & (ps >= 0), -1: (new < v) & (ps >= 0)}
-        if all(legal[sense][i] for i, sense in enumerate(status)):
-            found.append(State(status, new, w, qs, ps))
-    return found

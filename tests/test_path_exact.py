@@ -1,5 +1,3 @@
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,42 +5,8 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from frictopt import Outcome, steady_state
-from marching import admissible
 from paths import bonded_at, followed, judged, states
 from systems import CYCLE, random_system, system
-
-
-def enumerated_work(contact, friction, factor, start, steps, cycles=2):
-    """Work of friction in the last cycle, by increments that try all statuses; friction at the pressure of the increment's end."""
-    (q0, p0), (q1, p1) = contact.bonded["mean"], contact.bonded["cyclic"]
-    v, w = np.array(start, dtype=float), np.zeros(contact.nodes)
-    force = np.abs(p0).mean()
-    first = -(contact.S @ np.r_[v, w]) + np.r_[0 * q0, 0 * p0 + force]
-    corners = [first, np.r_[q0, p0]] + [np.r_[q0 + s * factor * q1, p0 + s * factor * p1] for _ in range(cycles) for s in (-1.0, 1.0)]
-    work = []
-    for before, after in pairwise(corners):
-        work.append(0.0)
-        for t in np.arange(1, steps + 1) / steps:
-            load = before + t * (after - before)
-            (new,) = admissible(contact.A, contact.B, contact.C, friction, load[: contact.nodes], load[contact.nodes :], v)
-            work[-1] += float((friction * new.p * np.abs(new.v - v)).sum())
-            v = new.v
-    return sum(work[-2:])
-
-
-@pytest.mark.parametrize(("seed", "nodes"), [(1, 1), (1, 2), (3, 2), (9, 3)])
-def test_the_path_is_the_limit_of_ever_finer_increments(seed, nodes):
-    """Enumeration of all statuses is first order in its step: a quarter of the step, a quarter of the error."""
-    rng = np.random.default_rng(seed)
-    contact = random_system(rng, nodes, coupling=0.7)
-    factor, start = 1.5 * fo.onset(contact, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), 0.4).slip.load_factor + 0.5, rng.normal(size=nodes)
-    path = followed(contact, CYCLE, 0.4, factor, start, cycles=1)
-    before = path.state.work.sum()
-    path.run_cycle()
-    exact = path.state.work.sum() - before
-    assert exact > 0.01
-    errors = [abs(enumerated_work(contact, 0.4, factor, start, steps) - exact) for steps in (10, 40, 160)]
-    assert errors[2] < max(errors[0] / 6, 1e-4 * exact) and errors[2] < 0.02 * exact
 
 
 @settings(max_examples=60)
