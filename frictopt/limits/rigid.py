@@ -2,7 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lu_factor, lu_solve, qr
+from scipy.linalg import cholesky, lu_factor, lu_solve, qr
 from scipy.linalg.lapack import dpotri
 
 from ..contact.checks import Array
@@ -25,7 +25,8 @@ def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:
     values, soft = _softest(scaled)
     held = (values > 0) & (np.abs(pressure @ soft).max(axis=0) > RIGID)
     share = np.where(held, 1 / np.where(held, values, 1.0), 0.0) - 1 / (1 + values)
-    compliance = np.tril(dpotri(np.linalg.cholesky(scaled + soft @ soft.T), lower=1)[0])  # in which soft slips have the stiffness 1 + value
+    factor = cholesky((scaled + soft @ soft.T).T, lower=True, overwrite_a=True, check_finite=False)  # soft slips have the stiffness 1 + value
+    compliance = np.tril(dpotri(factor, lower=1, overwrite_c=1)[0])
     compliance += np.tril(compliance, -1).T + (soft * share) @ soft.T
     compliance /= np.outer(tangent, tangent)
     rigid = np.hstack([np.linalg.qr(soft[:, ~held] / tangent[:, None])[0], np.eye(len(tangent))[:, idle]])

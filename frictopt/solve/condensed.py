@@ -10,6 +10,7 @@ inverted, which leaves one of the size of m: a third of the work, until slacks a
 """
 
 import numpy as np
+from scipy.linalg.blas import dsyrk
 from scipy.linalg.lapack import dpotrf, dpotrs
 from scipy.sparse import csc_array, csr_array, hstack
 from scipy.sparse.csgraph import connected_components
@@ -41,8 +42,8 @@ class Condensed:
     ----------
     right, objective
         Of the rows and unknowns that are left.
-    sparse, transposed, block
-        (rows, n + b), its transpose, and (b, n).
+    sparse, transposed, block, turned
+        (rows, n + b), its transpose, (b, n), and its transpose, in the order of rows.
     shared, inverted
         How many of the unknowns, the last ones, all nodes share; whether K is inverted.
 
@@ -69,6 +70,7 @@ class Condensed:
         long = np.diff(on_kept.indptr) > _LONG * len(self._kept)
         chosen = csr_array((np.ones(long.sum()), (np.flatnonzero(long), np.arange(long.sum()))), shape=(len(long), int(long.sum())))
         self.block: Array = np.vstack([define, on_kept[long].toarray()])
+        self.turned = np.ascontiguousarray(self.block.T)
         self.sparse = csr_array(hstack([on_kept.multiply(~long[:, None]), on_defined, chosen]))
         self.transposed = csr_array(self.sparse.T)
         self.inverted = 0 < len(self.block) < len(kept) and bool(np.diff(self.transposed.indptr).all())
@@ -96,7 +98,7 @@ class Equations:
 
     Raises
     ------
-    ArithmeticError
+    ArithmeticError, LinAlgError
         They have no factor.
     """
 
@@ -131,8 +133,12 @@ class _PutIn:
 
     def __init__(self, weights: csr_array, block: Array) -> None:
         n = block.shape[1]
-        self._weights, self._block = weights, block
-        self._factor = _factor(weights[:n, :n], weights[n:, :n], weights[n:, n:], block)
+        self._weights, self._block, across = weights, block, csr_array(weights[n:, :n])
+        half, matrix = _added(weights[n:, n:] @ block, across), _added(across.T @ block, weights[:n, :n])
+        for start in range(0, n, _ROWS):
+            rows = slice(start, start + _ROWS)
+            matrix[rows, : rows.stop] += block[:, rows].T @ half[:, : rows.stop]
+        self._factor = _factor(matrix.T)
 
     def __call__(self, load: Array, apart: Array) -> tuple[Array, Array, Array]:
         n = self._block.shape[1]
@@ -150,8 +156,10 @@ class _Inverted:
         n, size = program.block.shape[1], weights.shape[0]
         own = n - program.shared
         self._block, self._own, self._inner, self._outer = program.block, own, np.r_[:own, n:size], slice(own, n)
-        self._soft = _inverse(weights[self._inner][:, self._inner])
-        self._factor = _factor(self._soft[own:, own:], self._soft[:own, own:], self._soft[:own, :own], -self._block[:, :own].T)
+        root = _root(weights[self._inner][:, self._inner])
+        self._soft, last = csr_array(root.T @ root), root[own:, own:]
+        half = _added(root[:own, :own] @ program.turned[:own], -root[:own, own:])
+        self._factor = _factor(_added(dsyrk(1.0, half.T), last.T @ last))
         shared = weights[:, self._outer].toarray()
         self._moved = self._soft @ shared[self._inner]
         self._parts = self._lack(self._moved) - self._block[:, self._outer]
@@ -172,10 +180,13 @@ class _Inverted:
         return x, m, drawn
 
 
-def _inverse(matrix: csr_array) -> csr_array:
-    """The inverse of a positive definite matrix of many small blocks, which are stiffened a little, so that rounding leaves it positive definite."""
+def _root(matrix: csr_array) -> csr_array:
+    """The R with `R' R` the inverse of a positive definite matrix of many small blocks, in each of which a row has no columns before its own.
+
+    The blocks are stiffened a little, so that rounding leaves them positive definite.
+    """
     _, part = connected_components(matrix, directed=False)
-    sizes, order, entries = np.bincount(part), np.argsort(part, kind="stable"), matrix.tocoo()
+    sizes, order, entries = np.bincount(part), np.argsort(part, kind="stable")[::-1], matrix.tocoo()
     place, number = np.empty((2, len(part)), dtype=int)
     rows, columns, found = list[Array](), list[Array](), list[Array]()
     for d in np.unique(sizes):
@@ -184,23 +195,25 @@ def _inverse(matrix: csr_array) -> csr_array:
         own = sizes[part[entries.row]] == d
         row, column, blocks = entries.row[own], entries.col[own], np.zeros((len(at), d, d))
         blocks[number[row], place[row], place[column]] = entries.data[own]
-        size = np.sqrt(np.diagonal(blocks, axis1=1, axis2=2))
-        size = size[:, :, None] * size[:, None]
-        rows.append(at.repeat(d, axis=1).ravel())
-        columns.append(np.tile(at, d).ravel())
-        found.append((np.linalg.inv(blocks / size + _SOFTEST * np.eye(d)) / size).ravel())
+        size, lower = np.sqrt(np.diagonal(blocks, axis1=1, axis2=2)), np.tril_indices(d)
+        scaled = blocks / (size[:, :, None] * size[:, None]) + _SOFTEST * np.eye(d)
+        rows.append(at[:, lower[0]].ravel())
+        columns.append(at[:, lower[1]].ravel())
+        found.append((np.linalg.inv(np.linalg.cholesky(scaled)) / size[:, None])[:, *lower].ravel())
     return csr_array((np.concatenate(found), (np.concatenate(rows), np.concatenate(columns))), shape=matrix.shape)
 
 
-def _factor(first: csr_array, across: csr_array, last: csr_array, block: Array) -> Array:
-    """The Cholesky factor, upper, of `first + across' block + block' across + block' last block`."""
-    half, matrix, n = last @ block + across, across.T @ block, block.shape[1]
-    matrix += first
-    for start in range(0, n, _ROWS):
-        rows = slice(start, start + _ROWS)
-        matrix[rows, : rows.stop] += block[:, rows].T @ half[:, : rows.stop]
-    matrix[np.diag_indices(n)] *= 1 + _SHIFT
-    factor, failed = dpotrf(matrix.T, overwrite_a=1)  # its upper triangle, in the order of columns
+def _added(matrix: Array, more: csr_array) -> Array:
+    """A matrix, to which the entries of another one are added in place."""
+    entries = more.tocoo()
+    matrix[entries.row, entries.col] += entries.data
+    return matrix
+
+
+def _factor(matrix: Array) -> Array:
+    """The Cholesky factor, upper, of the upper triangle of a matrix in the order of columns, which it overwrites."""
+    matrix[np.diag_indices(len(matrix))] *= 1 + _SHIFT
+    factor, failed = dpotrf(matrix, overwrite_a=1)
     if failed:
         raise ArithmeticError("the equations of a step have no factor")
     return np.asarray(factor)

@@ -111,7 +111,7 @@ def _solved(program: Condensed, cones: Cones) -> tuple[str, Array, Array, int]:
             break
         try:
             newton = _Newton(program, cones, at, off)
-        except ArithmeticError:
+        except (ArithmeticError, np.linalg.LinAlgError):
             if least > _NEARLY:
                 raise
             break
