@@ -47,7 +47,7 @@ def _parser() -> argparse.ArgumentParser:
         return made
 
     look = command(_look, "what a file holds: a contact system, or a job of CalculiX", "look punch.npz --picture punch.png")
-    look.add_argument("file", help="SYSTEM.npz as ContactSystem.save writes it, a folder of Matrix Market files, or JOB.inp")
+    look.add_argument("file", help="SYSTEM.npz as ContactSystem.save writes it, or JOB.inp")
     condense = command(
         _condense,
         "condense a job of CalculiX to a contact system",
@@ -62,7 +62,7 @@ def _parser() -> argparse.ArgumentParser:
         "a limit of a contact system: its load factor, its reason, its table and picture",
         "limit punch.npz --mean P=1 --corners sigma=-1 sigma=1 --friction .4 --picture limit.png",
     )
-    limit.add_argument("file", help="SYSTEM.npz, or a folder of Matrix Market files")
+    limit.add_argument("file", help="SYSTEM.npz")
     limit.add_argument("--kind", choices=_KINDS, default="shakedown", help="which limit (default: %(default)s)")
     limit.add_argument("--mean", type=_loads, metavar="CASE=X[,CASE=X]", help="static load")
     cycle = limit.add_mutually_exclusive_group(required=True)

@@ -114,7 +114,7 @@ def test_a_study_in_a_file_takes_a_distribution():
 
 
 BAD = {
-    "no file": (["look", "none.npz"], 2, "'none.npz' does not exist"),
+    "no file": (["look", "none.npz"], 2, "'none.npz' is not a contact system (ValueError('there is no such file'))"),
     "no job": (["look", "none.inp"], 2, "there is no"),
     "load case": ([*LIMIT, "--corners", "other=1"], 2, "load case 'other': unknown"),
     "history": ([*LIMIT, "--history", "system.npz"], 2, "give a file that ends in"),

@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.io import mmwrite
-from scipy.sparse import csr_matrix
 
 import frictopt as fo
 from systems import random_system
@@ -163,70 +161,3 @@ def test_files_that_cannot_be_written_or_named_are_refused(tmp_path):
             SOME.save(path)
         with pytest.raises(fo.ModelError, match="path"):
             fo.ContactSystem.load(path)
-
-
-def market(folder, system=SOME, **files):
-    """A folder of Matrix Market files, with the text of some replaced."""
-    folder.mkdir(exist_ok=True)
-    mmwrite(folder / "A.mtx", system.A, symmetry="symmetric")
-    mmwrite(folder / "B.mtx", csr_matrix(system.B))
-    mmwrite(folder / "C.mtx", csr_matrix(system.C), symmetry="symmetric")
-    mmwrite(folder / "x.mtx", system.x[:, None])
-    mmwrite(folder / "gap.mtx", system.gap[:, None])
-    mmwrite(folder / "E_star.mtx", np.array([[system.E_star]]))
-    for name, pair in system.bonded.items():
-        mmwrite(folder / f"bonded.{name}.mtx", np.column_stack(pair))
-    for name, text in files.items():
-        (folder / f"{name.replace('_', '.')}.mtx").write_text(text)
-    return folder
-
-
-def test_matrix_market_folder_dense_sparse_and_symmetric(tmp_path):
-    again = fo.ContactSystem.load(market(tmp_path))
-    assert np.allclose(again.S, SOME.S, rtol=1e-14, atol=0) and again.E_star == SOME.E_star
-    assert np.array_equal(again.gap, SOME.gap) and set(again.bonded) == {"mean", "cyclic"}
-    assert all(np.allclose(again.bonded[name], SOME.bonded[name], rtol=1e-14, atol=0) for name in again.bonded)
-
-
-HEAD = "%%MatrixMarket matrix coordinate {} general\n"
-ARRAY = "%%MatrixMarket matrix array real general\n"
-
-
-@pytest.mark.parametrize(
-    ("name", "text"),
-    [
-        ("A", "rubbish"),
-        ("A", HEAD.format("pattern") + "3 3 3\n1 1\n2 2\n3 3\n"),
-        ("A", HEAD.format("complex") + "3 3 1\n1 1 1.0 1.0\n"),
-        ("A", HEAD.format("real") + "1000000000 1000000000 1\n1 1 1.0\n"),
-        ("A", HEAD.format("real") + "3 3 1000000000000\n1 1 1.0\n"),
-        ("A", HEAD.format("real") + "3 3 1\n7 7 1.0\n"),
-        ("B", HEAD.format("real") + "3 3 1\n1.5 1 1e-3\n"),
-        ("A", HEAD.format("real").replace("general", "symmetric") + "3 3 4\n1 1 1\n2 2 1\n3 3 1\n1 2 1\n"),
-        ("A", ARRAY.replace("general", "symmetric") + "3 3\n1.0\n"),
-        ("A", ARRAY + "3 3\n1.0\n"),
-        ("x", ARRAY + "3 1\n0.0\nnan\n2.0\n"),
-        ("gap", ARRAY + "1 3\n0\n0\n0\n"),
-        ("E_star", ARRAY + "3 1\n1\n1\n1\n"),
-        ("bonded_mean", ARRAY + "2 3\n1\n1\n1\n1\n1\n1\n"),
-    ],
-)
-def test_matrix_market_files_that_are_not_what_they_are_called_are_refused(tmp_path, name, text):
-    message = refused(market(tmp_path / "folder", **{name: text}))
-    assert f"{name.replace('_', '.')}.mtx" in message or name == "E_star"
-
-
-def test_matrix_market_folders_of_other_things_are_refused(tmp_path):
-    assert "bonded_Q" in refused(saved_other(tmp_path / "names"))
-    (tmp_path / "empty").mkdir()
-    assert "A, B, C, x" in refused(tmp_path / "empty")
-    folder = market(tmp_path / "pipe")
-    (folder / "A.mtx").unlink()
-    os.mkfifo(folder / "A.mtx")
-    assert "A.mtx" in refused(folder)
-
-
-def saved_other(folder):
-    market(folder)
-    mmwrite(folder / "bonded_Q.mtx", np.eye(2))
-    return folder

@@ -429,19 +429,13 @@ class ContactSystem(Shown, Plotted):
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """Read a system from an archive written by `save`, or from a folder of Matrix Market files.
-
-        The folder holds the blocks `A.mtx`, `B.mtx`, `C.mtx` (N x N, dense or sparse) of a contact in the plane, `x.mtx` and, if there are any,
-        `gap.mtx`, `width.mtx` (N x 1) and `E_star.mtx` (1 x 1), and one `bonded.NAME.mtx` (N x 2, columns q and p) for each load case NAME; N is at
-        most 20,000.
+        """Read a system from an archive written by `save`; of matrices in other files `from_blocks` makes one.
 
         Raises
         ------
         ModelError
             The file is missing or damaged, or its content is not a contact system.
         """
-        if storage.is_folder(path):
-            return cls.from_blocks(**storage.read_folder(path))
         return cls(**storage.read(path))
 
 
