@@ -6,7 +6,7 @@ from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import Rotation
 
 import frictopt as fo
-from frictopt.transients.critical_plane import critical_planes
+from frictopt.transients.fretting import critical_planes
 
 E, NU, K, FS, C = 200e3, 0.3, 0.25, 1 / 400.0, 0.35
 PULL = np.diag([1.0, 0.0, 0.0])

@@ -8,10 +8,10 @@ import pytest
 
 import frictopt as fo
 from frictopt import Outcome
+from frictopt.transients.begin import Scales
 from frictopt.transients.cycle import Cycle
 from frictopt.transients.cycles import Run
 from frictopt.transients.exact import ExactPath
-from frictopt.transients.scales import Scales
 from paths import followed
 
 

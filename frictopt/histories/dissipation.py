@@ -1,23 +1,23 @@
-"""Studies: the steady states of many transients as one table."""
+"""Studies: the steady states of many transients as one table, for one friction or many."""
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack, closing
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, finite_numbers, flag, listed, shown, whole_number
+from ..contact import ContactSystem, LoadCycle, friction_coefficients
+from ..contact.checks import LARGEST_SEED, Array, finite_numbers, flag, frozen, listed, shown, whole_number
 from ..contact.cycle import checked_cycle
 from ..contact.progress import bar_of
 from ..contact.system import checked_system
 from ..errors import ModelError, SolverError, StoreError
 from ..limits import ShakedownLimit, shakedown_limit
-from .frictions import friction_fields
 from .run import Case, Row, Run, execute
 from .starts import Start, checked_starts
 from .store import TYPES, Store
@@ -177,3 +177,24 @@ def _limit(system: ContactSystem, cycle: LoadCycle, friction: Array) -> Shakedow
         return shakedown_limit(system, cycle, friction)
     except SolverError:
         return None
+
+
+def friction_fields(friction: Any, nodes: int, rng: object) -> list[Array]:
+    """(N,) coefficients of each friction: of one, or of a list of numbers, fields and distributions; see `dissipation_study`."""
+    if isinstance(friction, Mapping):
+        raise ModelError(f"friction: a {type(friction).__name__}; give a coefficient, or a list of frictions")
+    several = np.iterable(friction) and not isinstance(friction, str | bytes)
+    items = list(friction) if several else [friction]
+    if not items:
+        raise ModelError("friction: empty; give at least one coefficient")
+    if several and len(items) == nodes > 1 and not any(np.iterable(item) or hasattr(item, "rvs") for item in items):
+        raise ModelError(
+            f"friction: {nodes} numbers for {nodes} nodes, one friction of all nodes or {nodes} frictions; give [friction] or np.c_[friction]"
+        )
+    if any(hasattr(item, "rvs") for item in items) and rng is None:
+        raise ModelError("rng: None, and friction has a distribution; give a seed, so that the study can be repeated")
+    seed = rng if rng is None or isinstance(rng, np.random.Generator) else whole_number("rng", rng, least=0, most=LARGEST_SEED)
+    generator = None if seed is None else np.random.default_rng(seed)
+    drawn = [item.rvs(size=nodes, random_state=generator) if hasattr(item, "rvs") else item for item in items]
+    column = all(isinstance(item, np.ndarray) and item.shape == (1,) for item in drawn)  # np.c_[...]
+    return [frozen(friction_coefficients(item[0] if column else item, nodes)) for item in drawn]

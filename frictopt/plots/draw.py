@@ -34,7 +34,7 @@ def draw(result: object, ax: "Axes | AxesArray | None" = None, kind: str = "", *
         import matplotlib.pyplot  # noqa: F401
     except ImportError as error:
         raise ImportError("plots need matplotlib: python -m pip install 'frictopt[figures]'") from error
-    from . import bodies, given, histories, limits, region, spatial, status, transients  # noqa: F401  each registers its pictures
+    from . import bodies, given, histories, limits, spatial, status, transients  # noqa: F401  each registers its pictures
     from .style import name_units, screen
 
     with nullcontext() if ax is not None else screen():

@@ -17,9 +17,9 @@ from ..errors import ModelError
 from ..fem.ordering import Integers
 from ..transients import Trajectory
 from .along import label_contacts, parts
-from .loops import corners_visited
 from .spatial import places_of
 from .style import BLACK, GREY, SERIES, equals, name_units, new_axes, one_axes, screen
+from .transients import corners_visited
 
 _CODES = (0, 1, -1, 2)
 _COLOURS = ("#DDDDDD", SERIES[0]["color"], SERIES[1]["color"], BLACK)

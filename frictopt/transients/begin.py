@@ -1,8 +1,8 @@
-"""A transient before its first cycle: its loads, and the state that it begins at."""
+"""A transient before its first cycle: its loads, the state that it begins at, and its scales of forces and slips."""
 
 from abc import ABC, abstractmethod
 from time import perf_counter
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,10 +14,9 @@ from ..contact.cycle import checked_cycle, reactions
 from ..contact.parts import joined
 from ..contact.state import checked_state
 from ..contact.system import checked_system
-from ..contact.tolerances import RESIDUAL
+from ..contact.tolerances import NO_DRIVE, RESIDUAL
 from ..errors import ModelError
 from .cycle import Cycle
-from .scales import scales
 
 STICK, SLIP, OPEN = 0, 1, 2
 """Statuses of a node; slip against +x in the plane is -1."""
@@ -196,3 +195,35 @@ class Transient(ABC):
                 f"initial_state: it violates the contact law by {residual:.1e}; give a state of this system under this friction, or an initial_slip"
             )
         return u, r, opened
+
+
+class Scales(NamedTuple):
+    """Scales (N,) that are the same at all nodes which the stiffness joins: force of the mean load, largest force, slip under the largest force."""
+
+    mean: Array
+    force: Array
+    length: Array
+
+
+def scales(S: Array, mean: Array, corners: Array, n: int) -> Scales:
+    """Scales of a contact of n nodes with stiffness `S` (M, M) under a mean load (M,) and the loads at its corners, (K, M).
+
+    Loads that are rounding beside the largest ones of all nodes count for nothing.
+    """
+    shape, p = (len(S) // n, n), mean[-n:]
+    largest, stiffness = np.abs(corners).reshape(-1, *shape).max(axis=(0, 1)), np.diag(S).reshape(shape).mean(axis=0)
+    least = NO_DRIVE * max(float(np.abs(p).mean()), float(largest.max())) or 1.0
+    linked = (S.reshape(shape * 2) != 0).any(axis=(0, 2))
+    number, part = 1, np.zeros(n)
+    if not linked[0].all():
+        from scipy.sparse.csgraph import connected_components  # here, for a contact in one piece needs none
+
+        number, part = connected_components(linked, directed=False)
+    found = Scales(np.empty(n), np.empty(n), np.empty(n))
+    for k in range(number):
+        block = part == k
+        most = float(largest[block].max())
+        found.mean[block] = mean_force = max(float(np.abs(p[block]).mean()) or most, least)
+        found.force[block] = force = max(mean_force, most)
+        found.length[block] = force / (float(stiffness[block].mean()) or float(stiffness.mean()) or 1.0)
+    return found

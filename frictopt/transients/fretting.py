@@ -1,4 +1,4 @@
-"""What frets where: the steady cycle of a contact, node by node, in the words of fretting fatigue."""
+"""What frets where: a steady cycle, node by node, in the words of fretting fatigue, and its parameters on critical planes."""
 
 from typing import TYPE_CHECKING
 
@@ -9,13 +9,21 @@ from ..contact.checks import Array, finite_array
 from ..contact.show import components, frame, places
 from ..contact.tolerances import COUNTS
 from ..errors import ModelError
-from .critical_plane import furthest
 from .trajectory import Trajectory
 
 if TYPE_CHECKING:
     import pandas as pd
+from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol, runtime_checkable
+
+from ..contact.checks import finite_number, listed, shown
 
 _NOTE = "at the ends of a contact with sharp corners, tractions, F1, F2 and SWT are a property of the mesh; refine it before you compare them"
+CONSTANTS = {"findley": 0.3, "crossland": 0.3, "fatemi_socie": 0.0}
+"""Weights of the largest normal (hydrostatic) stress; that of Fatemi and Socie is k over the yield stress, 1 / stress."""
+
+_STEP = 10.0  # degrees between the planes that are tried first
+_FINER, _ROUNDS = 0.4, 10  # how much smaller the steps about the best plane become, and how often: at last 0.001 degrees
 
 
 def fretting_table(states: Trajectory, work: Array, stress: ArrayLike | None, strain: ArrayLike | None) -> "pd.DataFrame":
@@ -57,3 +65,150 @@ def fretting_table(states: Trajectory, work: Array, stress: ArrayLike | None, st
 def _axes(values: Array) -> Array:
     """(T, N, t) values with a last axis for the tangents."""
     return values if values.ndim == 3 else values[..., None]
+
+
+@runtime_checkable
+class _Fields(Protocol):
+    """Fields in the bodies that know their tensors at the contact."""
+
+    def tensors_at_contact(self, side: int) -> tuple[Array, Array]: ...
+
+
+def checked_constants(constants: object) -> dict[str, float]:
+    """All constants, those given in place of the usual ones.
+
+    Raises
+    ------
+    ModelError
+        No mapping, an unknown name, a number that is negative or not finite.
+    """
+    if constants is not None and not isinstance(constants, Mapping):
+        raise ModelError(f"constants: {shown(constants)}; give a mapping of some of {', '.join(CONSTANTS)}")
+    weights = dict(CONSTANTS)
+    for name, value in (constants or {}).items():
+        if name not in CONSTANTS:
+            raise ModelError(f"constants: {shown(name)} is unknown; give some of {', '.join(CONSTANTS)}")
+        weights[name] = finite_number(f"constants[{name!r}]", value, least=0.0)
+    return weights
+
+
+def worst_planes(fields: object, side: int, weights: Mapping[str, float]) -> dict[str, Array]:
+    """Columns of a table from fields at the states of one cycle, or a list of such lists: at each node and for each parameter the worst cycle.
+
+    Raises
+    ------
+    ModelError
+        No such fields.
+    """
+    given = listed("fields", fields)
+    cycles = [given] if given and isinstance(given[0], _Fields) else [listed("fields", cycle) for cycle in given]
+    if not cycles or not all(cycle and all(isinstance(state, _Fields) for state in cycle) for cycle in cycles):
+        raise ModelError("fields: give fields of ContactModel.recover at the states of a cycle, or a list of such lists, one for each steady cycle")
+    found = [_columns(cycle, side, weights) for cycle in cycles]
+    worst = {name: np.max([one[name] for one in found], axis=0) for name in ("SWT", "Findley", "Fatemi_Socie", "Crossland")}
+    first = np.argmax([one["SWT"] for one in found], axis=0)
+    ends = {name: np.choose(first, [one[name] for one in found]) for name in ("from", "to")}
+    return {**worst, **ends}
+
+
+def _columns(cycle: Sequence[_Fields], side: int, weights: Mapping[str, float]) -> dict[str, Array]:
+    stress, strain = (np.array(parts) for parts in zip(*(state.tensors_at_contact(side) for state in cycle), strict=True))
+    rows = [critical_planes(stress[:, node], strain[:, node], **weights) for node in range(stress.shape[1])]
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def critical_planes(stress: ArrayLike, strain: ArrayLike, *, findley: float, crossland: float, fatemi_socie: float) -> dict[str, float]:
+    """Parameters of one point over M states, each on the plane through it on which the parameter is largest.
+
+    Amplitudes of vectors are half the largest distance of two states, which is exact for loads in phase.
+
+    Parameters
+    ----------
+    stress, strain
+        (M, 3, 3) tensors, stress tension positive.
+    findley, crossland, fatemi_socie
+        See `CONSTANTS`.
+
+    Returns
+    -------
+    dict
+        SWT, largest tensile stress on the plane times amplitude of its normal strain, and the normal stress on that plane at its ends, `from` the
+        least `to` the largest; Findley, shear amplitude plus `findley` times the largest normal stress; Fatemi_Socie, amplitude of the shear angle
+        times 1 plus `fatemi_socie` times the largest normal stress; Crossland, which has no plane, amplitude of the root of J2 plus `crossland` times
+        the largest hydrostatic stress.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from frictopt.transients.fretting import critical_planes
+    >>> pull = np.diag([100.0, 0.0, 0.0])
+    >>> found = critical_planes([pull, -pull], [pull / 200e3, -pull / 200e3], findley=0.0, crossland=0.0, fatemi_socie=0.0)
+    >>> round(found["SWT"], 9), round(found["Findley"], 6), round(found["Crossland"], 6), round(found["from"], 6)
+    (0.05, 50.0, 57.735027, -100.0)
+    """
+    sigma, epsilon = np.asarray(stress, dtype=float), np.asarray(strain, dtype=float)
+    pressure = np.trace(sigma, axis1=1, axis2=2) / 3
+    deviator = sigma - pressure[:, None, None] * np.eye(3)
+
+    def swt(n: Array) -> Array:
+        normal = _normal(epsilon, n)
+        return np.asarray(np.maximum(_normal(sigma, n).max(axis=0), 0.0) * (normal.max(axis=0) - normal.min(axis=0)) / 2)
+
+    def shear(n: Array) -> Array:
+        return np.asarray(_amplitude(_shear(sigma, n)) + findley * _normal(sigma, n).max(axis=0))
+
+    def angle(n: Array) -> Array:
+        return np.asarray(2 * _amplitude(_shear(epsilon, n)) * (1 + fatemi_socie * _normal(sigma, n).max(axis=0)))
+
+    plane = _worst(swt)
+    normal = _normal(sigma, plane)
+    return {
+        "SWT": float(swt(plane)[0]),
+        "Findley": float(shear(_worst(shear))[0]),
+        "Fatemi_Socie": float(angle(_worst(angle))[0]),
+        "Crossland": float(_amplitude(deviator.reshape(len(sigma), 9)) / np.sqrt(2) + crossland * pressure.max()),
+        "from": float(normal.min()),
+        "to": float(normal.max()),
+    }
+
+
+def _normal(tensors: Array, n: Array) -> Array:
+    """(M, planes) normal components on planes with normals (planes, 3)."""
+    return np.asarray(np.einsum("pi,mij,pj->mp", n, tensors, n))
+
+
+def _shear(tensors: Array, n: Array) -> Array:
+    """(M, planes, 3) components along the planes."""
+    return np.asarray(np.einsum("mij,pj->mpi", tensors, n) - _normal(tensors, n)[..., None] * n)
+
+
+def _amplitude(vectors: Array) -> Array:
+    """Half the largest distance of two of M vectors, (M, ..., k)."""
+    return np.asarray(np.linalg.norm(furthest(vectors), axis=-1) / 2)
+
+
+def furthest(values: Array) -> Array:
+    """(..., k) difference of those two of M vectors, (M, ..., k), that are furthest apart and not NaN; 0 where there are none."""
+    if values.shape[-1] == 1:
+        return np.asarray(np.nan_to_num(np.fmax.reduce(values, axis=0) - np.fmin.reduce(values, axis=0)))
+    found: Array = np.zeros(values.shape[1:])
+    for apart in range(1, len(values)):
+        change = values[apart:] - values[:-apart]
+        size = np.nan_to_num(np.linalg.norm(change, axis=-1), nan=0.0)[..., None]
+        best = np.take_along_axis(change, size.argmax(axis=0)[None], axis=0)[0]
+        found = np.where(size.max(axis=0) > np.linalg.norm(found, axis=-1, keepdims=True), best, found)
+    return found
+
+
+def _worst(value: Callable[[Array], Array]) -> Array:
+    """(1, 3) normal of the plane with the largest value: the best of a grid over the half-sphere, then of ever finer grids about it."""
+    polar, azimuth = (np.radians(part.ravel()) for part in np.meshgrid(np.arange(0, 91, _STEP), np.arange(0, 360, _STEP)))
+    step, around = _STEP, np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)], dtype=float)
+    best = np.column_stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)])
+    for _ in range(_ROUNDS):
+        best = best[[int(np.argmax(value(best)))]]
+        first = np.cross(best, np.eye(3)[[int(np.argmin(np.abs(best)))]])
+        first /= np.linalg.norm(first)
+        tilted = best + np.tan(np.radians(step)) * (around @ np.concatenate([first, np.cross(best, first)]))
+        best, step = tilted / np.linalg.norm(tilted, axis=1)[:, None], step * _FINER
+    return best[[int(np.argmax(value(best)))]]

@@ -14,8 +14,7 @@ from ..contact.record import Recorded, SolveRecord
 from ..contact.show import Plotted, components, frame, places
 from ..contact.tolerances import SAME_STATE
 from ..errors import ModelError, SolverError
-from .critical_plane import checked_constants, worst_planes
-from .fretting import fretting_table
+from .fretting import checked_constants, fretting_table, worst_planes
 from .loop import LoadLoop
 from .march import amplitudes_at, march
 from .trajectory import Trajectory

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import partial
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from ...errors import SolverError
 from ..exact.kernel import increment
 from .frozen_bound import FrozenBoundIncrement
 from .increment import FrictionIncrement, Increment, Posed, force_scale
-from .newton import State, by_friction, newton
+from .newton import State, newton
 
 _NEWTON = SolveRecord("NEWTON")
 _SCALES = (1.0, 10.0, 0.1, 100.0, 0.01)  # of the c and d of Newton's method, tried in this order
@@ -24,7 +24,7 @@ class NewtonIncrement(FrictionIncrement):
     """One friction increment by Gauss-Seidel sweeps over the nodes, and by Newton's method on the projected law, which begins where they end.
 
     The sweeps alone often reach the state to rounding; the solver of the record is "SWEEPS" then. Where Newton's method does not converge, it begins
-    without motion, other constants of the projection are tried, then states of less friction on the way, last a `FrozenBoundIncrement`.
+    without motion, other constants of the projection are tried, last a `FrozenBoundIncrement`.
     Where several states obey the law (above the critical friction) one of them is returned. Theory, eq. (4).
 
     Parameters
@@ -68,7 +68,7 @@ class NewtonIncrement(FrictionIncrement):
             yield u, forces, status
 
     def _solved(self, posed: Posed) -> Increment:
-        """From where sweeps end; else from no motion, by c of nodes and of directions; then from the states of less friction."""
+        """From where sweeps end; else from no motion, by c of nodes and of directions; last by frozen bounds."""
         state, _ = self._swept(np.zeros_like(posed.trial), posed.trial.copy())
         if state.error <= ROUNDING:
             return posed.result(state, SolveRecord("SWEEPS"), residual=state.error)
@@ -85,9 +85,8 @@ class NewtonIncrement(FrictionIncrement):
     def _otherwise(self, posed: Posed, least: float) -> Increment:
         tangent = np.tile(self.own[:-1].mean(axis=0), (len(self.own) - 1, 1))
         laws, still = (self.law, replace(self.law, own=np.vstack([tangent, self.own[-1]]))), np.zeros_like(posed.trial)
-        ways = [partial(newton, replace(law, own=scale * law.own), posed.trial, still) for law in laws for scale in _SCALES]
-        for way in [*ways, *(partial(by_friction, law, posed.trial) for law in laws)]:
-            found = posed.result(way(), _NEWTON)
+        for law, scale in product(laws, _SCALES):
+            found = posed.result(newton(replace(law, own=scale * law.own), posed.trial, still), _NEWTON)
             if found.record.residual <= RESIDUAL:
                 return found
             least = min(least, found.record.residual)

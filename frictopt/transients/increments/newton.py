@@ -17,13 +17,12 @@ from scipy.linalg import lstsq
 from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
 
 from ...contact.checks import Array
-from ...contact.tolerances import RESIDUAL, ROUNDING, STALLED
+from ...contact.tolerances import ROUNDING, STALLED
 from ..begin import OPEN, SLIP, STICK
 
 _NEWTON = 1e-2 * ROUNDING  # dimensionless errors of the law from which on Newton's method is done
 _STEPS = 60  # Newton steps for one increment at most
 _HALVINGS = 6  # of a step in the line search
-_FIRST_SHARE, _LEAST_SHARE = 0.25, 1e-4  # of the friction, by which it grows from one state to the next
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,23 +53,6 @@ class State:
     status: NDArray[np.int8]
     steps: int
     error: float
-
-
-def by_friction(law: Law, trial: Array) -> State:
-    """The state that is reached from that without friction while the coefficients grow to what they are, or the last one on this way."""
-
-    def found(share: float, u: Array) -> State:
-        return newton(Law(law.S, share * law.friction, law.own), trial, u)
-
-    share, step, state = 0.0, _FIRST_SHARE, found(0.0, np.zeros_like(trial))
-    while state.error <= RESIDUAL and share < 1 and step > _LEAST_SHARE:
-        ahead = min(share + step, 1.0)
-        further = found(ahead, state.u)
-        if further.error <= RESIDUAL:
-            share, step, state = ahead, 2 * step, further
-        else:
-            step /= 4
-    return state
 
 
 def newton(law: Law, trial: Array, u: Array, most: int = _STEPS, enough: float = _NEWTON) -> State:
