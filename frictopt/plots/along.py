@@ -27,6 +27,13 @@ def parts(system: ContactSystem) -> list[Part]:
     return [(str(names[a]), slice(a, b)) for a, b in pairwise(ends)]
 
 
+def node_at(system: ContactSystem, node: int) -> str:
+    """A node by its number and its place."""
+    if system.tangents == 1:
+        return f"node {node}, $x = {system.x[node]:.4g}$"
+    return f"node {node} at ({', '.join(f'{place:.3g}' for place in system.points[node])})"
+
+
 def lines(ax: Axes, system: ContactSystem, values: Array, *, label: str | None = None, **look: Any) -> None:
     """Draw values of the nodes as lines that do not join one contact to the next."""
     for _, nodes in parts(system):

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from ..contact import Onset
 from ..contact.checks import Array
 from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, SeparatedLimit, ShakedownLimit
-from .along import circle, friction_ratio, label_contacts, lines, lines_or_band, looks, open_nodes
+from .along import circle, friction_ratio, label_contacts, lines, lines_or_band, looks, node_at, open_nodes
 from .picture import picture
 from .spatial import face_map, first_slips, limiting_face, safe_slip_face
 from .style import ALONG, BLACK, GREY, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, one_axes, series
@@ -160,12 +160,10 @@ def _design(design: Design, ax: Axes | AxesArray | None = None) -> Axes | AxesAr
 
 def _on_its_bounds(node: int, limit: GuaranteedLimit, corners: Sequence[int]) -> str:
     """Where the critical node is, and the loads at which it is on its bounds."""
-    names = [limit.cycle.corner_names[corner] for corner in corners]
-    if limit.system.tangents == 1:
-        sides = [f"of {way} slip at {name}" for way, name in zip(("forward", "backward"), names, strict=True)]
-        return f"node {node}, $x = {limit.system.x[node]:.4g}$: on the bound " + "\nand ".join(sides)
-    place = ", ".join(f"{part:.3g}" for part in limit.system.points[node])
-    return f"node {node} at ({place}): on its bound at\n" + "; ".join(names)
+    names, name = [limit.cycle.corner_names[corner] for corner in corners], node_at(limit.system, node)
+    if limit.system.tangents == 2:
+        return f"{name}: on its bound at\n" + "; ".join(names)
+    return f"{name}: on the bound of forward slip at {names[0]}\nand of backward slip at {names[1]}"
 
 
 def _at_corners(limit: Limit, ax: Axes | None, title: str, friction: Array, *, shown: bool) -> Axes:

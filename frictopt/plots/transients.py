@@ -10,7 +10,7 @@ from ..contact.tolerances import SIMULTANEOUS
 from ..fem.ordering import Integers
 from ..histories.dissipation_range import DissipationRange
 from ..transients import LoadLoop, SteadyState, Trajectory
-from .along import label_panels, lines, lines_or_band
+from .along import label_panels, lines, lines_or_band, node_at
 from .picture import picture
 from .spatial import steady_map
 from .style import BLACK, GREY, AxesArray, Look, legend, line, new_axes, series
@@ -29,10 +29,7 @@ def _trajectory(path: Trajectory, ax: AxesArray | None = None) -> AxesArray:
     tangents, nodes = path.system.tangents, most_work(path)
     *sides, below = panels = new_axes(ax, tangents + 1, (6.4, 6.4 if tangents == 1 else 8.4), common_x=False)
     per_depth = " per depth" if tangents == 1 else ""
-    if tangents == 1:
-        names = [f"node {node}, $x = {path.system.x[node]:.4g}$" for node in nodes]
-    else:
-        names = [f"node {node} at ({', '.join(f'{place:.3g}' for place in path.system.points[node])})" for node in nodes]
+    names = [node_at(path.system, node) for node in nodes]
     slip, q = (values.reshape(*path.gap.shape, tangents)[:, nodes] for values in (path.slip, path.q))
     for axis, axes in enumerate(sides):
         number = f"_{axis + 1}" if tangents == 2 else ""
