@@ -1,6 +1,5 @@
 """When the slips of a closed contact keep their order: a condition on stiffness and friction."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -44,6 +43,7 @@ class OrderPreserving(Shown):
     [1, 15]
     """
 
+    _said = ("holds", "largest_friction")
     holds: bool
     critical: Array = field(repr=False)
     friction: Array = field(repr=False)
@@ -58,9 +58,6 @@ class OrderPreserving(Shown):
         """One row for each node: node, x, friction, critical, and whether the condition holds in its row."""
         columns = {"node": range(len(self.x)), "x": self.x, "friction": self.friction, "critical": self.critical}
         return frame({**columns, "holds": self.friction <= self.critical})
-
-    def _answer(self) -> Mapping[str, object]:
-        return {"holds": self.holds, "largest_friction": self.largest_friction}
 
 
 def order_preserving(system: ContactSystem, friction: ArrayLike) -> OrderPreserving:

@@ -4,7 +4,7 @@ import html
 from collections.abc import Mapping
 from enum import Enum
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 from .checks import Array
 from .portable import Portable
@@ -18,9 +18,12 @@ Table: TypeAlias = "pd.DataFrame"
 class Shown(Portable):
     """Base of results: one line for the console and a table for notebooks, both made of `_answer`."""
 
+    _said: ClassVar[tuple[str, ...]] = ()
+    """Names of the attributes that `_answer` says, where it says no others."""
+
     def _answer(self) -> Mapping[str, object]:
         """The most important numbers of the result, name -> value."""
-        raise NotImplementedError
+        return {name: getattr(self, name) for name in self._said}
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(f'{name}={_text(value)}' for name, value in self._answer().items())})"

@@ -52,6 +52,7 @@ class LeastExcursion(Shown, Plotted):
     (True, 'slip')
     """
 
+    _said = ("share", "loads", "sampled", "transients", "residual")
     share: float
     loads: Mapping[str, float] | None
     start: Array = field(repr=False)
@@ -63,9 +64,6 @@ class LeastExcursion(Shown, Plotted):
     def to_frame(self) -> pd.DataFrame:
         """The shares tried, see `tried`."""
         return self.tried.copy()
-
-    def _answer(self) -> Mapping[str, object]:
-        return {name: getattr(self, name) for name in ("share", "loads", "sampled", "transients", "residual")}
 
 
 def least_excursion(

@@ -1,6 +1,6 @@
 """The load factor up to which a contact comes to rest, for how it is assembled and what is done to it before."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -143,6 +143,7 @@ class LimitAfterProtocol(Shown, Plotted):
     (0.54, True)
     """
 
+    _said = ("load_factor", "ratio", "upper", "monotonic", "transients", "residual")
     load_factor: float
     upper: float
     shakedown_limit: float
@@ -164,9 +165,6 @@ class LimitAfterProtocol(Shown, Plotted):
     def to_frame(self) -> pd.DataFrame:
         """The load factors tried, see `tried`."""
         return self.tried.copy()
-
-    def _answer(self) -> Mapping[str, object]:
-        return {name: getattr(self, name) for name in ("load_factor", "ratio", "upper", "monotonic", "transients", "residual")}
 
 
 def limit_after_protocol(

@@ -1,6 +1,6 @@
 """A guaranteed limit with its witness, and why it is what it is."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import import_module
@@ -81,6 +81,7 @@ class GuaranteedLimit(Answered):
     1     1     1.285715  left out by its bound
     """
 
+    _said = ("load_factor", "least", "kind", "proven", "node", "largest_slip", "residual", "reason")
     load_factor: float
     kind: LimitKind
     reason: str
@@ -228,9 +229,6 @@ class GuaranteedLimit(Answered):
         """
         verify = import_module("frictopt.histories.guarantee").verify  # here, for transients need the limits
         return verify(self, self._task.cycle, starts, moved, above, seed)
-
-    def _answer(self) -> Mapping[str, object]:
-        return {name: getattr(self, name) for name in ("load_factor", "least", "kind", "proven", "node", "largest_slip", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""

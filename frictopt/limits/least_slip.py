@@ -7,7 +7,6 @@ rows is therefore `sum_k g_k v_k + h_k w_k >= lam - lambda_2`, with g_k and h_k 
 have two components, and slips no further than D from each other lie in a circle of radius D / sqrt(3) (Jung 1901).
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -67,6 +66,7 @@ class LeastSlip(Shown, Plotted):
     [0, 1]
     """
 
+    _said = ("load_factor", "bound", "total", "residual")
     load_factor: float
     bound: float
     g: Array = field(repr=False)
@@ -112,9 +112,6 @@ class LeastSlip(Shown, Plotted):
         weights = {f"{name} at {loads}": column for loads, g in corners for name, column in components("g", g[nodes]).items()}
         where = {name: values[nodes] for name, values in places(self.system).items()}
         return frame({"node": nodes, **where, "weight": self.weight[nodes], "alone": alone, **weights})
-
-    def _answer(self) -> Mapping[str, object]:
-        return {name: getattr(self, name) for name in ("load_factor", "bound", "total", "residual")}
 
 
 def least_slip(task: LimitQuestion, motion: Mechanism, limit: float, load_factor: float, residual: float) -> LeastSlip:

@@ -1,6 +1,5 @@
 """The least friction with which a load factor is safe."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import Any
@@ -60,6 +59,7 @@ class RequiredFriction(WithSlip, Plotted):
     [1, -1]
     """
 
+    _said = ("required", "bound", "largest_slip", "residual", "reason")
     required: float
     bound: float
     slip: Array = field(repr=False)
@@ -75,9 +75,6 @@ class RequiredFriction(WithSlip, Plotted):
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, its place and the slip that is safe with the required friction."""
         return frame({"node": range(len(self.slip)), **places(self.system), **components("slip", self.slip)}, units=self.system.units)
-
-    def _answer(self) -> Mapping[str, object]:
-        return {name: getattr(self, name) for name in ("required", "bound", "largest_slip", "residual", "reason")}
 
 
 def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: float, *, slip_bound: Any = None) -> RequiredFriction:

@@ -1,6 +1,5 @@
 """A safe residual slip with its margin, or the proof that there is none."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import IO
@@ -63,6 +62,7 @@ class SafeSlip(Answered):
     (True, True, 0.44)
     """
 
+    _said = ("exists", "margin", "bound", "largest_slip", "residual", "reason")
     load_factor: float
     slip: Array = field(repr=False)
     margin: float
@@ -108,9 +108,6 @@ class SafeSlip(Answered):
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, its place and slip."""
         return frame(self._places(), units=self.system.units)
-
-    def _answer(self) -> Mapping[str, object]:
-        return {name: getattr(self, name) for name in ("exists", "margin", "bound", "largest_slip", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""

@@ -1,7 +1,6 @@
 """The limit of a contact some of whose nodes stay open: the largest load factor at which a state of rest is known, and a bound from above."""
 
 import time
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import IO
 
@@ -72,6 +71,7 @@ class SeparatedLimit(WithSlip, Plotted):
     (1.0, [True])
     """
 
+    _said = ("load_factor", "least", "bound", "proven", "kind", "largest_slip", "residual", "reason")
     system: ContactSystem = field(repr=False)
     cycle: LoadCycle = field(repr=False)
     friction: Array = field(repr=False)
@@ -98,9 +98,6 @@ class SeparatedLimit(WithSlip, Plotted):
             {"node": range(self.system.nodes), **places(self.system), **slip, "gap": gap, "open": self.open}, units=self.system.units
         )
         return table
-
-    def _answer(self) -> Mapping[str, object]:
-        return {name: getattr(self, name) for name in ("load_factor", "least", "bound", "proven", "kind", "largest_slip", "residual", "reason")}
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the answer, the reason, what the bound covers, and the mixed-integer program by its names."""
