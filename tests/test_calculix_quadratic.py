@@ -67,6 +67,7 @@ def test_a_uniform_pressure_gives_each_corner_its_share(tmp_path, kind):
     q, p = system.bonded["P"]
     assert np.allclose(p, own.width[place], rtol=0, atol=1e-10) and np.abs(q).max() < 1e-10
     assert tied.force("TOP", pressure=1.0).sum() == pytest.approx(-1.0) and len(system.points) == 3 ** (d - 1)
+    assert tied.force("CU", pressure=1.0).sum() == pytest.approx(1.0)  # on the corners, which the nodes amid edges follow
     assert np.allclose(tied.normals(tied.pairs("CU", "CL")[:, 1]), np.eye(d)[-1]) and len(tied.normals("CU")) == 3 ** (d - 1)
     assert np.array_equal(job.with_linear_faces().labels, tied.labels)
     rise = [along[:, 1] == d for along in (job.labels, tied.labels)]  # of both bodies but for the ends that are held

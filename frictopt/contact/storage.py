@@ -39,9 +39,7 @@ def read(source: str | Path) -> dict[str, Any]:
     """The arguments of a contact system, from an archive."""
     arrays = _read_archive(source)
     cases, bonded = arrays.pop("cases").tolist(), arrays.pop("bonded")
-    modulus, units = arrays.pop("E_star"), arrays.pop("units")
-    known = {name: array if array.size else None for name, array in arrays.items()}
-    known |= {name: array.item() if array.size else None for name, array in (("E_star", modulus), ("units", units))}
+    known = {name: None if not array.size else array if array.ndim else array.item() for name, array in arrays.items()}
     return {**known, "bonded": dict(zip(cases, bonded, strict=True))}
 
 
