@@ -140,7 +140,7 @@ class Store:
             if isinstance(error, StoreError):
                 raise
             if isinstance(error, sqlite3.NotSupportedError) or getattr(error, "sqlite_errorcode", None) == sqlite3.SQLITE_NOTADB:
-                raise StoreError(f"store: {str(self.path)!r} is no store and has not been changed ({error}); give another name") from error
+                raise StoreError(f"store: {str(self.path)!r} is no store ({error}); give another name") from error
             damaged = isinstance(error, sqlite3.DatabaseError) and not isinstance(error, sqlite3.OperationalError)
             remedy = "move it away" if damaged else "make room, or see that it and its folder stay and can be written"
             what = f"store: {str(self.path)!r} {'is damaged' if damaged else 'cannot be used'} ({error})"

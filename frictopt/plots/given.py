@@ -27,15 +27,15 @@ def _system(system: ContactSystem, ax: AxesArray | None = None) -> AxesArray:
     In space an axes for each load case, with its pressure as colours.
     """
     width, unit = (np.ones(system.nodes), "force") if system.width is None else (system.width, "force per area")
-    if system.tangents == 2:
-        return _in_space(system, width, unit, ax)
-    place, pressure = panels = new_axes(ax, 2, (6.4, 5.4), common_x=False)
     few = spread(system.points.T, _MOST_NORMALS)
+    arrows = _LENGTH * float(np.ptp(system.points, axis=0).max() or 1.0) * system.normals
+    if system.tangents == 2:
+        return _in_space(system, width, unit, few, arrows, ax)
+    place, pressure = panels = new_axes(ax, 2, (6.4, 5.4), common_x=False)
     place.plot(*system.points.T, linestyle="none", marker=".", markersize=4, color=BLACK, label="node")
-    step = _LENGTH * float(np.ptp(system.points, axis=0).max() or 1.0)
     look = {"angles": "xy", "scale_units": "xy", "scale": 1.0, "width": 0.003, "color": series(0)["color"]}
-    place.quiver(*system.points[few].T, *(step * system.normals[few]).T, label="normal, into body 1", **look)
-    place.update_datalim(system.points + step * system.normals)
+    place.quiver(*system.points[few].T, *arrows[few].T, label="normal, into body 1", **look)
+    place.update_datalim(system.points + arrows)
     place.margins(0.05)
     place.autoscale_view()
     place.set(xlabel="$x$ (length)", ylabel="$y$ (length)", aspect="equal", adjustable="datalim")
@@ -48,18 +48,16 @@ def _system(system: ContactSystem, ax: AxesArray | None = None) -> AxesArray:
     return np.array(panels)
 
 
-def _in_space(system: ContactSystem, width: Array | float, unit: str, ax: AxesArray | None) -> AxesArray:
-    cases = list(system.bonded)
+def _in_space(system: ContactSystem, width: Array, unit: str, few: list[int], arrows: Array, ax: AxesArray | None) -> AxesArray:
+    cases, step = list(system.bonded), float(np.linalg.norm(arrows[0]))
     columns, rows = min(len(cases), 2), -(-len(cases) // 2)
     panels: list[Any] = new_axes(ax, len(cases), (4.8 * columns, 3.2 * rows), common_x=False, in_space=True, columns=columns)
-    step = _LENGTH * float(np.ptp(system.points, axis=0).max() or 1.0)
-    few = spread(system.points.T, _MOST_NORMALS)
     for axes, case in zip(panels, cases, strict=True):
         values = system.bonded[case][1] / width
         shown = axes.scatter(*system.points.T, c=values, cmap="cividis", s=14, depthshade=False)
-        axes.quiver(*system.points[few].T, *(step * system.normals[few]).T, color=series(0)["color"], linewidth=0.6)
+        axes.quiver(*system.points[few].T, *arrows[few].T, color=series(0)["color"], linewidth=0.6)
         axes.set_title(f"{case} = 1; arrows: normals into body 1")
-        axes.auto_scale_xyz(*np.concatenate([system.points, system.points + step * system.normals]).T)
+        axes.auto_scale_xyz(*np.concatenate([system.points, system.points + arrows]).T)
         axes.set(xlabel="$x$ (length)", ylabel="$y$ (length)", zlabel="$z$ (length)")
         axes.set_aspect("equal")
         axes.grid(False)
