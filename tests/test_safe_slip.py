@@ -68,3 +68,12 @@ def test_a_load_that_hides_the_mean_load_is_refused(load_factor):
     """From 1e50 on a solver may never return."""
     with pytest.raises(fo.ModelError, match=r"load_factor: 1e\+(16|50|150) makes the cyclic loads"):
         fo.safe_slip(system(*FIRST_PAIR), CYCLE, 16.8, load_factor)
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+def test_more_friction_adds_the_pressure_of_a_node_that_its_slip_frees_of_shear(axes):
+    """The slip that stays furthest inside leaves no shear, and the node on its bounds all around: the reserve is f p, p = 0.5."""
+    loads = {"P": np.eye(axes)[-1], "Q": np.eye(axes)[0]}
+    node = fo.ContactSystem(np.eye(axes), np.zeros((1, axes)), loads)
+    safe = fo.safe_slip(node, fo.LoadCycle({"P": 1.0}, [{"P": -0.5, "Q": 1.0}]), friction=0.4, load_factor=1.0)
+    assert safe.margin == pytest.approx(0.5) and safe.friction_rate == pytest.approx(0.5 / 0.4)

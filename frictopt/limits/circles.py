@@ -55,7 +55,7 @@ class Circles(SafeSet):
         self._circles = ~points
         return {**rows, **self._apart(load_factor, margin)}
 
-    def motion(self) -> tuple[Mechanism, float]:
+    def motion(self) -> tuple[Mechanism, Array]:
         """See `SafeSet.motion`.
 
         Where the force multiplier of a circle exceeds its slip (a node that carries nothing), the node opens too.
@@ -70,8 +70,8 @@ class Circles(SafeSet):
             if f"no_opening_{k}" in rows:
                 opening[k] = np.maximum(rows[f"no_opening_{k}"].dual_value, 0.0)
         force = np.maximum(force, np.linalg.norm(slips, axis=-1))
-        lift, weight = (task.friction * force + opening) / unit, float(((force + opening) / unit).sum())
-        return Mechanism(slips / unit[:, None], lift, task.friction, self.held, self.pressed), weight
+        lift = (task.friction * force + opening) / unit
+        return Mechanism(slips / unit[:, None], lift, task.friction, self.held, self.pressed), force / unit
 
     @property
     def solved_load_factor(self) -> float:

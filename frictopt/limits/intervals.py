@@ -3,6 +3,7 @@
 import cvxpy as cp
 import numpy as np
 
+from ..contact.checks import Array
 from .design_loads import DesignLoads
 from .mechanism import Mechanism
 from .question import LimitQuestion
@@ -60,7 +61,7 @@ class Intervals(SafeSet):
             rows |= {name: slack >= load + reserve} if sense or task.opening else {}
         return {**rows, **self._apart(load_factor, margin)}
 
-    def motion(self) -> tuple[Mechanism, float]:
+    def motion(self) -> tuple[Mechanism, Array]:
         """See `SafeSet.motion`."""
         motions = np.zeros((3, *self.task.q1.shape))
         for motion, (name, at) in zip(motions, self._ruled.items(), strict=True):
@@ -68,7 +69,7 @@ class Intervals(SafeSet):
                 motion[at] = np.maximum(self.rows[name].dual_value, 0.0) / self.unit[at[1]]
         forward, backward, opening = motions
         lift = self.task.friction * (forward + backward) + opening
-        return Mechanism(forward - backward, lift, self.task.friction, self.held, self.pressed), float(motions.sum())
+        return Mechanism(forward - backward, lift, self.task.friction, self.held, self.pressed), forward + backward
 
     @property
     def narrows(self) -> bool:

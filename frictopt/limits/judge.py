@@ -77,8 +77,9 @@ def judged_margin(v: SafeSet, load_factor: float | None) -> SafeSlip:
     """The slip that stands in a program of the margin at a load factor, or (None) at the best one, judged by its reserve, and by its multipliers."""
     task, margin, slip, cap = v.task, float(v.margin.value), v.solved_slip, v.cap("cap")
     at = float(v.load_factor.value) * task.load_unit if load_factor is None else load_factor
-    motion, slips = _weighed(v)
-    motion = motion.scaled((1 - cap) / slips if slips > 0 and cap < 1 else 0.0)
+    motion, bounds, slips = _weighed(v)
+    share = (1 - cap) / slips if slips > 0 and cap < 1 else 0.0
+    motion, rate = motion.scaled(share), share * float(np.sum(bounds * task.reactions(at, slip)[1]))
     resistance, drive = task.work(motion)
     if load_factor is None:  # a free load factor >= 0 can only help against a drive below zero
         drive = min(drive, 0.0)
@@ -96,7 +97,7 @@ def judged_margin(v: SafeSet, load_factor: float | None) -> SafeSlip:
     residual = float(np.nan_to_num(max(gap, margin - asked.reserve(at, own), pull, asked.beyond(own), v.own.violation), nan=np.inf))
     if load_factor is None and bound < -RESIDUAL:  # nothing is safe at any load factor: no more is asked, and the upper bound alone proves it
         residual = off / -bound / _FAR
-    return SafeSlip(at, every, margin, float(bound), SolveRecord(residual=residual), whole, motion, v.own.names)
+    return SafeSlip(at, every, margin, float(bound), rate, SolveRecord(residual=residual), whole, motion, v.own.names)
 
 
 def refuted(v: SafeSet) -> ShakedownLimit | None:
@@ -107,7 +108,7 @@ def refuted(v: SafeSet) -> ShakedownLimit | None:
     task = v.task
     if any(part.value is None for row in v.rows.values() for part in row.dual_variables):
         return None
-    motion, slips = _weighed(v)
+    motion, _, slips = _weighed(v)
     motion, none = motion.scaled(1 / slips if slips > 0 else 0.0), np.zeros(task.q1.shape[1:])
     resistance, drive = task.work(motion)
     off = defect(v, motion, none) + task.load_unit * max(-drive, 0.0)
@@ -117,10 +118,11 @@ def refuted(v: SafeSet) -> ShakedownLimit | None:
     return ShakedownLimit(np.nan, LimitKind.NO_SAFE_SLIP, np.full(whole.system.slip_shape, np.nan), np.nan, record, whole, motion)
 
 
-def _weighed(v: SafeSet) -> tuple[Mechanism, float]:
-    """The mechanism that the multipliers of a program stand for, and their weight: that of a margin of 1 in all rows."""
-    motion, weight = v.motion()
-    return motion, weight * v.task.mean_bound + (0.0 if motion.press is None else float(motion.press.sum()) * v.task.clearance)
+def _weighed(v: SafeSet) -> tuple[Mechanism, Array, float]:
+    """The mechanism that the multipliers of a program stand for, those of the friction bounds, and the weight of a margin of 1 in all rows."""
+    motion, bounds = v.motion()
+    weight = float((bounds + motion.lift - motion.friction * bounds).sum())
+    return motion, bounds, weight * v.task.mean_bound + (0.0 if motion.press is None else float(motion.press.sum()) * v.task.clearance)
 
 
 A = TypeVar("A", bound=Answered)

@@ -225,7 +225,7 @@ class _Asked:
             step = -safe.margin / safe.friction_rate if safe.friction_rate > 0 else np.inf
             if min(abs(step), most - least) <= ROUNDING * friction:
                 break
-            if not (least < friction + step < most and abs(step) < before / 2):
+            if not (max(least, _LEAST_FRICTION) < friction + step < most and abs(step) < before / 2):
                 step = (least + most) / 2 - friction
             friction, before = friction + step, abs(step)
         return friction

@@ -115,8 +115,11 @@ class SafeSet(ABC):
             self._room = np.where(room > 0, room, task.clearance)
 
     @abstractmethod
-    def motion(self) -> tuple[Mechanism, float]:
-        """The mechanism that the multipliers of the rows stand for, and the sum of those of the nodes, in units of 1 over force."""
+    def motion(self) -> tuple[Mechanism, Array]:
+        """The mechanism that the multipliers of the rows stand for, and (K, N) those of the friction bounds, in units of 1 over force.
+
+        These are the sizes of its slips, or more: where a node without shear is on its bounds all around, they balance each other.
+        """
 
     @property
     @abstractmethod

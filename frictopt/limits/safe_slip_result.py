@@ -5,7 +5,6 @@ from functools import cached_property
 from typing import IO
 
 import cvxpy as cp
-import numpy as np
 import pandas as pd
 
 from ..contact.checks import Array
@@ -38,6 +37,8 @@ class SafeSlip(Answered):
         mean normal stiffness.
     bound
         Upper bound of the margin from the multipliers alone; equals `margin` up to `residual`.
+    friction_rate
+        Rate of the margin with friction, added alike at all nodes, in mean friction bounds as they are.
     record
         How it was found. Its `residual` is the largest of: the shortfall of the slip's reserve, recomputed, and the distance of `bound`. At
         most 1e-9.
@@ -67,6 +68,7 @@ class SafeSlip(Answered):
     slip: Array = field(repr=False)
     margin: float
     bound: float
+    friction_rate: float
     record: SolveRecord
     _task: LimitQuestion = field(repr=False)
     _motion: Mechanism = field(repr=False)
@@ -78,11 +80,6 @@ class SafeSlip(Answered):
     def exists(self) -> bool:
         """Whether a safe slip exists at the load factor: the margin is not negative by more than 1e-12 or its own residual."""
         return bool(self.margin >= -max(_NO_MARGIN, self.residual))
-
-    @property
-    def friction_rate(self) -> float:
-        """Rate of the margin with friction, the same at all nodes, in mean friction bounds as they are."""
-        return float(np.sum(self._motion.size * self.reactions[1]))
 
     @cached_property
     def reason(self) -> str:
