@@ -7,8 +7,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+import frictopt as fo
 from frictopt.plots.bodies import draw_mesh
-from studies.scenes import LIMITS, dovetail, pin, punch
+from studies.scenes import LIMITS, punch
 from studies.tables import Table
 
 from .style import BLACK, GREY, SERIES, WIDE, new_figure, panel_label
@@ -50,7 +51,7 @@ def _arrow(axes: Any, start: tuple[float, float], end: tuple[float, float]) -> N
 
 
 def _dovetail(axes: Any) -> None:
-    scene = dovetail(45.0, 12)
+    scene = fo.scenes.Dovetail(angle=45.0, elements=12)
     _bodies(axes, scene.model(), (-3.2, 3.2, -2.6, 3.3))
     for x in (-0.6, 0.0, 0.6):
         _arrow(axes, (x, 2.4), (x, 3.2))
@@ -58,7 +59,7 @@ def _dovetail(axes: Any) -> None:
 
 
 def _pin(axes: Any) -> None:
-    _bodies(axes, pin(32).model(), (-2.6, 2.6, -2.4, 2.4))
+    _bodies(axes, fo.scenes.PinInPlate(elements=32).model(), (-2.6, 2.6, -2.4, 2.4))
     _arrow(axes, (0.0, 0.0), (0.8, 0.0))
     axes.text(0.35, 0.12, "$F$", ha="center", bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5})
 

@@ -36,16 +36,6 @@ QUICK = Parameters(
 )
 
 
-def dovetail(angle: float, elements: int) -> fo.scenes.Dovetail:
-    """The dovetail of that angle."""
-    return fo.scenes.Dovetail(angle=angle, elements=elements)
-
-
-def pin(elements: int) -> fo.scenes.PinInPlate:
-    """The pin."""
-    return fo.scenes.PinInPlate(elements=elements)
-
-
 def punch(radius: float, elements: int) -> fo.scenes.PunchOnHalfPlane | fo.scenes.RoundedPunch:
     """The punch whose outer fifth is rounded; sharp for an infinite radius."""
     flat = fo.scenes.PunchOnHalfPlane(elements=elements, grading=1.0)
@@ -60,12 +50,12 @@ def limits(parameters: Parameters) -> pd.DataFrame:
 def _runs(parameters: Parameters) -> Iterator[tuple[str, str, float, fo.ContactSystem, fo.LoadCycle, float]]:
     """Scene, load, parameter, contact, load cycle and friction coefficient of each row."""
     for angle in parameters.angles:
-        system = dovetail(angle, parameters.flank_elements).condense()
+        system = fo.scenes.Dovetail(angle=angle, elements=parameters.flank_elements).condense()
         for case in ("pull", "sway"):
             for share in parameters.shares:
                 cycle = fo.LoadCycle({"pull": 1.0}, [{case: 1.0}, {case: -1.0}])
                 yield "dovetail", case, angle, system, cycle, share / np.tan(np.radians(angle))
-    system = pin(parameters.ring_elements).condense()
+    system = fo.scenes.PinInPlate(elements=parameters.ring_elements).condense()
     fit = {"fit": 2 * np.pi / float(system.bonded["fit"][1].sum())}
     turns = 2 * np.pi * np.arange(parameters.corners) / parameters.corners
     for case, corners in {

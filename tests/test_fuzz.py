@@ -31,7 +31,17 @@ ADVICE = r"hold|lower|reduce|give|check|take|press|allow|differ too much|bring|o
 @given(seed=st.integers(0, 10**9), nodes=st.integers(1, 6))
 def test_every_answer_is_right_or_an_error_that_says_what_to_do(seed, nodes):
     checks = [check for check in CHECKS if seed % 3 == 0 or check != "guarantee, followed"]  # sixteen transients each
-    for finding in findings(random_case(seed, nodes), checks):
+    all_right(findings(random_case(seed, nodes), checks))
+
+
+@settings(max_examples=16)
+@given(seed=st.integers(0, 10**9))
+def test_every_answer_in_space_is_right_or_an_error_that_says_what_to_do(seed):
+    all_right(space_findings(seed))
+
+
+def all_right(found):
+    for finding in found:
         assert finding.result != "wrong", finding
         if finding.result == "answer":
             assert 0 <= finding.residual <= 1e-9, finding

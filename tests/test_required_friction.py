@@ -8,7 +8,6 @@ from scipy.optimize import linprog
 
 import frictopt as fo
 from frictopt.limits.pressing import best_pressed
-from studies.validation.fuzz.embedded import embedded
 from systems import CYCLE, random_system, stress_of, system
 
 
@@ -219,15 +218,6 @@ def test_a_node_in_space_needs_the_radius_of_the_smallest_circle_around_its_shea
         q, p = required.reactions
         assert (np.hypot(q[..., 0], q[..., 1]) <= required.required * p * (1 + 1e-9)).all()
     assert required.slip.shape == (1, 2) and {"slip1", "slip2"} <= set(required.to_frame()) & set(required.mechanism)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_a_plane_contact_in_space_needs_the_friction_that_it_needs_in_the_plane(seed):
-    rng = np.random.default_rng(seed)
-    flat = random_system(rng, 3, coupling=0.5)
-    space, _ = embedded(flat, rng)
-    expected = fo.required_friction(flat, CYCLE, 0.4).required
-    assert fo.required_friction(space, CYCLE, 0.4).required == pytest.approx(expected, rel=2e-5)
 
 
 def test_no_friction_is_enough_in_space_for_a_node_that_the_load_opens():

@@ -15,8 +15,8 @@ CORNERS = [{"a": 1.0}, {"a": -0.4, "b": 0.3}, {"b": 1.0}]
 OPPOSED = [{"a": 1.0}, {"a": -1.0}]
 
 
-def odd_contact(seed, sheared=True):
-    """A plane contact with nodes that lack friction, pressure, or coupling, its load cycle and friction; smooth nodes may see no cyclic shear."""
+def odd_contact(seed):
+    """A plane contact with nodes that lack friction, pressure, or coupling, and its friction."""
     rng = np.random.default_rng(seed)
     n = int(rng.integers(1, 9))
     flat = random_system(rng, n, loads=("mean", "a", "b"), coupling=rng.choice([0.0, 0.5]))
@@ -24,38 +24,16 @@ def odd_contact(seed, sheared=True):
     bonded = {name: [np.array(part) for part in flat.bonded[name]] for name in flat.bonded}
     if rng.random() < 0.4:
         bonded["mean"][1][rng.integers(n)] = rng.choice([0.0, -0.2])
-    if not sheared:
-        for name in "ab":
-            bonded[name][0][f == 0] = 0.0
     gap = rng.uniform(0, 0.2, n) * (rng.random(n) < 0.3)
     flat = fo.ContactSystem.from_blocks(flat.A, flat.B, flat.C, flat.x, {name: tuple(parts) for name, parts in bonded.items()}, gap)
-    return rng, flat, fo.LoadCycle({"mean": 1.0}, CORNERS[: int(rng.integers(1, 4))]), f
-
-
-@settings(max_examples=25)
-@given(st.integers(0, 10**6), st.booleans())
-def test_the_limit_is_that_of_the_plane(seed, sheared):
-    rng, flat, loads, f = odd_contact(seed, sheared)
-    solid, _ = embedded(flat, rng)
-    plane, limit = fo.shakedown_limit(flat, loads, f), fo.shakedown_limit(solid, loads, f)
-    assert limit.kind is plane.kind and limit.load_factor == pytest.approx(plane.load_factor, rel=1e-7, abs=1e-9, nan_ok=True)
-    assert limit.residual <= 1e-9
-
-
-@settings(max_examples=25)
-@given(st.integers(0, 10**6), st.sampled_from([0.0, 0.5, 2.0]))
-def test_the_margin_is_that_of_the_plane(seed, load_factor):
-    rng, flat, loads, f = odd_contact(seed)
-    solid, _ = embedded(flat, rng)
-    plane, safe = fo.safe_slip(flat, loads, f, load_factor), fo.safe_slip(solid, loads, f, load_factor)
-    assert safe.exists == plane.exists and safe.margin == pytest.approx(plane.margin, rel=1e-7, abs=1e-9)
+    return rng, flat, f
 
 
 @settings(max_examples=30)
 @given(st.integers(0, 10**6))
 def test_an_increment_is_that_of_the_plane(seed):
     """Across the plane nothing may hold the nodes: smooth ones stay where they are, or rounding carries them away."""
-    rng, flat, _, f = odd_contact(seed)
+    rng, flat, f = odd_contact(seed)
     solid, along = embedded(flat, rng)
     f, slip = np.minimum(f, 0.5), 0.1 * rng.normal(size=flat.nodes)
     at = {"mean": 1.0, "a": 0.3 * rng.normal(), "b": 0.3 * rng.normal()}
