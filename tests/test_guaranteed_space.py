@@ -7,7 +7,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.contact.parts import joined
 from frictopt.limits.critical_state import smallest_discs
 from frictopt.reference import smallest_circle, smallest_circle_limit
 from spatial import cycle, random_contact
@@ -131,26 +130,6 @@ def test_a_published_plane_contact_in_space(data, friction, expected):
     assert np.sum(limit.slip * along, axis=1) == pytest.approx(flat.slip, abs=1e-5)
 
 
-def turned(contact, rng):
-    """The contact with the tangents of each node turned by an angle of its own."""
-    n, angle, none = contact.nodes, rng.uniform(0, 2 * np.pi, contact.nodes), np.zeros((contact.nodes, contact.nodes))
-    c, s = np.diag(np.cos(angle)), np.diag(np.sin(angle))
-    turn = np.block([[c, s, none], [-s, c, none], [none, none, np.eye(n)]])
-    return fo.ContactSystem(turn @ contact.S @ turn.T, contact.points, {name: turn @ joined(*pair) for name, pair in contact.bonded.items()})
-
-
-@pytest.mark.parametrize("seed", [2, 4, 9])
-def test_frames_and_the_order_of_corners_do_not_matter(seed):
-    contact, loads, f = centred(seed, most=5)
-    limit = fo.guaranteed_limit(contact, loads, f)
-    other = fo.guaranteed_limit(turned(contact, np.random.default_rng(seed)), loads, f)
-    back = fo.guaranteed_limit(contact, fo.LoadCycle(loads.mean, loads.corners[::-1]), f)
-    inside = fo.guaranteed_limit(contact, fo.LoadCycle(loads.mean, [*loads.corners, {"c0": 0.5, "c1": 0.5}]), f)
-    for one in (other, back, inside):
-        assert one.load_factor == pytest.approx(limit.load_factor, rel=1e-7) and one.node == limit.node
-    assert sorted(len(loads.corners) - 1 - k for k in back.corners) == list(limit.corners) == list(other.corners)
-
-
 def test_where_slip_leaves_pressures_alone_it_is_the_shakedown_limit_by_a_theorem():
     contact = random_contact(np.random.default_rng(3), 4, coupling=0.0)
     contact = contact.with_bonded({name: (contact.bonded[name][0], 0 * contact.bonded[name][1]) for name in "abc"})
@@ -183,22 +162,6 @@ def test_a_slip_bound_and_constraints_of_your_own(seed):
     rows = [lambda slip: slip[0, 0] >= free.slip[0, 0] + 0.1]
     least = min(least_of_node(contact, loads, f, node, own=rows) for node in range(contact.nodes))
     assert own.load_factor == pytest.approx(min(least, own.shakedown.load_factor), rel=1e-6) and own.constraints
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_nothing_slips_for_ever_below_and_the_witness_does_above(seed):
-    contact, loads, f = centred(seed, most=4)
-    limit, rng = fo.guaranteed_limit(contact, loads, f), np.random.default_rng(seed)
-    size = limit.largest_slip
-
-    def goes_on(share, slip):
-        steady = fo.steady_state(contact, loads, f, share * limit.load_factor, initial_slip=slip, steps=1)
-        return steady.outcome is not fo.Outcome.SHAKEDOWN and steady.work_error < 1  # what has nearly died out has no work beside its error
-
-    for slip in (limit.slip, *(size * 10 ** rng.uniform(-1, 1) * rng.normal(size=(2, contact.nodes, 2)))):
-        assert not goes_on(0.995, slip)
-    assert limit.node is not None and limit.load_factor > 0.01 * limit.shakedown.load_factor
-    assert limit.load_factor > 0.99 * limit.shakedown.load_factor or goes_on(1.01, limit.slip)
 
 
 def test_it_is_verified_from_a_load_inside_the_cycle():

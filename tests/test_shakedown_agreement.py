@@ -44,25 +44,6 @@ def test_each_solver_alone_is_named(punch, paper_cycle, solver):
     assert limit.record.solver == solver and [attempt.solver for attempt in limit.record.attempts] == [solver]
 
 
-@pytest.mark.parametrize("elements", [16, 40])
-def test_units_do_not_matter(punch, paper_cycle, elements):
-    contact = punch(elements)
-    base = fo.shakedown_limit(contact, paper_cycle, 0.7).load_factor
-
-    def limit(S=1.0, load=1.0, length=1.0):
-        loads = {name: (load * q, load * p) for name, (q, p) in contact.bonded.items()}
-        system = fo.ContactSystem.from_blocks(S * contact.A, S * contact.B, S * contact.C, length * contact.x, loads)
-        return fo.shakedown_limit(system, paper_cycle, 0.7).load_factor
-
-    for scale in (1e-15, 1e-6, 1e6, 1e15):
-        assert limit(S=scale) == pytest.approx(base, rel=1e-7)
-    for scale in (1e-12, 1e-4, 1e12):
-        assert limit(load=scale) == pytest.approx(base, rel=1e-7)
-    for scale in (1e-6, 1e6):
-        assert limit(length=scale) == pytest.approx(base, rel=1e-7)
-    assert limit(1e15, 1e-12, 1e-6) == pytest.approx(base, rel=1e-7)
-
-
 def test_mirror_symmetry_is_used_only_where_scene_loads_and_friction_have_it(punch, paper_cycle):
     contact = punch(16)
     even = np.linspace(-1, 1, 17) ** 2 + 0.5
