@@ -1,5 +1,7 @@
 """Small contact systems for the tests."""
 
+import io
+
 import numpy as np
 from scipy.optimize import linprog
 
@@ -57,6 +59,13 @@ def mirrored(rng, nodes, gap=False, coupling=1.0):
     opening = 0.3 * np.maximum(even[1], 0.0) if gap else None
     x = np.arange(nodes) - (nodes - 1) / 2
     return fo.ContactSystem.from_blocks(S[:nodes, :nodes], S[nodes:, :nodes], S[nodes:, nodes:], x, bonded, opening)
+
+
+def explained(answer):
+    """What an answer, or a model, prints of itself."""
+    printed = io.StringIO()
+    answer.explain(printed)
+    return printed.getvalue()
 
 
 def stress_of(contact, table, friction):

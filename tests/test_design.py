@@ -1,14 +1,12 @@
 """The best design in the plane: against numbers found elsewhere, closed forms, linear programs by scipy, and the limit of the design built in."""
 
-import io
-
 import cvxpy as cp
 import numpy as np
 import pytest
 from scipy.optimize import linprog
 
 import frictopt as fo
-from systems import CYCLE, corner_rows, random_system
+from systems import CYCLE, corner_rows, explained, random_system
 from test_contact_stiffness import collocation, punch
 
 PULL = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
@@ -253,8 +251,8 @@ def test_a_profile_is_in_the_gap_and_what_it_adds_is_an_overlap():
     assert design.system.closed_reaction(design.cycle.mean)[1] == pytest.approx(p - contact.C @ total)
     table = design.to_frame()
     assert table["profile"].tolist() == pytest.approx([0.05, -0.01, -0.03]) and "slip" in table
-    design.explain(printed := io.StringIO())
-    assert "best design" in printed.getvalue() and "constraints[0]" in printed.getvalue()
+    printed = explained(design)
+    assert "best design" in printed and "constraints[0]" in printed
 
 
 def test_more_friction_never_lowers_the_load_factor_and_a_fixed_part_and_a_slip_bound_count():

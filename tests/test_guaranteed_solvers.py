@@ -1,7 +1,6 @@
 """The guaranteed limit and its solvers: whose answer counts, what is believed, and what a result carries."""
 
 import gc
-import io
 import weakref
 
 import highspy
@@ -11,6 +10,7 @@ import pytest
 import frictopt as fo
 from frictopt.solve import LP_SOLVERS
 from frictopt.solve import solvers as policy
+from systems import explained
 
 
 @pytest.mark.parametrize("solver", LP_SOLVERS)
@@ -49,9 +49,8 @@ def test_the_problem_is_named_dpp_and_compiled_once(punch, paper_cycle):
     assert first.problem is second.problem and first.problem.is_dpp()
     labels = ["load_factor_not_negative", "forward_slip_bound", "backward_slip_bound", "no_forward_slip", "no_backward_slip", "critical"]
     assert [constraint.label for constraint in first.problem.constraints] == labels
-    text = io.StringIO()
-    second.explain(text)
-    assert "critical" in text.getvalue() and "2 of 2 rows bind" in text.getvalue() and f"{second.load_factor:.12g}" in text.getvalue()
+    text = explained(second)
+    assert "critical" in text and "2 of 2 rows bind" in text and f"{second.load_factor:.12g}" in text
 
 
 def test_no_solver_outlives_its_answer(punch, paper_cycle, monkeypatch):

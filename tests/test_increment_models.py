@@ -1,7 +1,5 @@
 """The increments' cvxpy problems: names, DPP, fall-back, convergence, printing; the complementarity form."""
 
-import io
-
 import cvxpy as cp
 import numpy as np
 import pytest
@@ -21,7 +19,7 @@ from frictopt.transients.increments import (
 )
 from frictopt.transients.increments.increment import Posed
 from frictopt.transients.increments.newton import State, newton
-from systems import random_system, system
+from systems import explained, random_system, system
 
 
 def names(problem):
@@ -207,12 +205,6 @@ def test_complementarity_agrees_where_it_is_convex():
         smooth = complementarity_problem(contact, 0.0, slip, load)
         assert smooth.convex and smooth.problem.is_dcp()
         assert distance(admissible_states(contact, 0.0, slip, load), smooth.solve()) < 1e-9
-
-
-def explained(thing):
-    text = io.StringIO()
-    thing.explain(text)
-    return text.getvalue()
 
 
 def test_explain():

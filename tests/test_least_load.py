@@ -1,7 +1,5 @@
 """Contacts whose mean load alone is not safe while the corners press: the safe load factors are an interval."""
 
-import io
-
 import cvxpy as cp
 import numpy as np
 import pytest
@@ -14,7 +12,7 @@ from frictopt.limits.judge import judged
 from frictopt.limits.mechanism import Mechanism
 from frictopt.limits.question import pose
 from frictopt.limits.safe_model import safe_set
-from systems import CYCLE, linprog_limit, on_both_bounds, random_system
+from systems import CYCLE, explained, linprog_limit, on_both_bounds, random_system
 
 Z = [0.0, 0.0]
 PRESSING = fo.LoadCycle({"P": 1.0}, [{"N": 1.0, "Q": 1.0}, {"N": 1.0, "Q": -1.0}])
@@ -144,9 +142,8 @@ def test_the_problem_of_the_limit_keeps_its_values(own):
     model = fo.ShakedownModel(contact, PRESSING)
     limit = model.solve(0.5, [model.slip <= 1.0] if own else [])
     assert 0 < limit.least < limit.load_factor < np.inf
-    printed = io.StringIO()
-    limit.explain(printed)
-    assert "values      none here" not in printed.getvalue()
+    printed = explained(limit)
+    assert "values      none here" not in printed
     rows = {row.label: row.dual_value for row in limit.problem.constraints}
     assert rows["load_factor_not_negative"] == pytest.approx(0.0, abs=1e-9)
     q, p = limit.reactions

@@ -1,7 +1,5 @@
 """Constraints of the user's own in the shakedown limit, against linear programs over raw slips with every row of every corner."""
 
-import io
-
 import cvxpy as cp
 import numpy as np
 import pytest
@@ -11,7 +9,7 @@ from scipy.optimize import linprog
 
 import frictopt as fo
 from frictopt.solve import solvers as policy
-from systems import CYCLE, linprog_limit, mirrored, on_both_bounds, random_system
+from systems import CYCLE, explained, linprog_limit, mirrored, on_both_bounds, random_system
 from test_slip_bound import freed
 
 
@@ -98,9 +96,9 @@ def test_constraints_that_nothing_obeys_are_named():
     assert limit.kind is fo.LimitKind.NO_SAFE_SLIP and np.isnan(limit.load_factor) and np.isnan(limit.slip).all()
     assert "at least the service load" in limit.reason and "constraints[0]" not in limit.reason
     assert limit.constraints == ("constraints[0]", "at least the service load")
-    model.solve(0.4, [harmless, model.load_factor >= 0.98 * above]).explain(printed := io.StringIO())
+    printed = explained(model.solve(0.4, [harmless, model.load_factor >= 0.98 * above]))
     for text in ("constraints[0]", "constraints[1]", "the dual bound covers them", "in units of"):
-        assert text in printed.getvalue()
+        assert text in printed
 
 
 def test_units_do_not_matter_and_the_objective_has_the_unit_that_is_printed():
@@ -112,8 +110,8 @@ def test_units_do_not_matter_and_the_objective_has_the_unit_that_is_printed():
         limit = model.solve(0.4, [cp.abs(model.slip) <= 0.05 * load / stiff])
         base = base or limit.load_factor
         assert limit.load_factor == pytest.approx(base, rel=1e-8) and np.abs(limit.slip).max() <= 0.05 * load / stiff * (1 + 1e-8)
-        limit.explain(printed := io.StringIO())
-        unit = float(printed.getvalue().split("in units of ")[1].split()[0])
+        printed = explained(limit)
+        unit = float(printed.split("in units of ")[1].split()[0])
         assert limit.problem.value * unit == pytest.approx(limit.load_factor, rel=1e-10)
     assert base < fo.shakedown_limit(contact, CYCLE, 0.4).load_factor * 0.999
 
@@ -209,8 +207,8 @@ def test_constraints_raise_the_guaranteed_limit_and_the_problem_is_that_of_its_n
         assert limit.load_factor >= free.load_factor or limit.load_factor == limit.shakedown.load_factor
         if limit.node is not None:
             assert "slips obey constraints[0]" in limit.reason
-            limit.explain(printed := io.StringIO())
-            assert "critical                 2, affine, 2 of 2 rows bind" in printed.getvalue()
+            printed = explained(limit)
+            assert "critical                 2, affine, 2 of 2 rows bind" in printed
     assert raised > 2
 
 

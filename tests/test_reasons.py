@@ -1,10 +1,9 @@
 """An answer that is no number says why: which nodes the mean load leaves open, or which way it pulls."""
 
-import io
-
 import pytest
 
 import frictopt as fo
+from systems import explained
 
 OPEN = "with 8 of 25 nodes open under the mean load"
 CALLS = {"shakedown": fo.shakedown_limit, "guaranteed": fo.guaranteed_limit, "safe": lambda *asked: fo.safe_slip(*asked, 0.5)}
@@ -18,10 +17,9 @@ CALLS = {"shakedown": fo.shakedown_limit, "guaranteed": fo.guaranteed_limit, "sa
 def test_the_reason_stands_in_the_result_its_line_and_its_model(call, pressure, shear, text, rounded, punch):
     contact = rounded if pressure > 0 else punch(24)
     result = call(contact, fo.LoadCycle({"P": pressure, "Q": shear}, [{"sigma": -1.0}, {"sigma": 1.0}]), 0.6)
-    printed = io.StringIO()
-    result.explain(printed)
+    printed = explained(result)
     text = "keeps the 17 nodes that the mean load closes closed and stuck" if text == OPEN and isinstance(result, fo.results.SafeSlip) else text
-    assert text in result.reason and result.reason in repr(result) and result.reason in printed.getvalue()
+    assert text in result.reason and result.reason in repr(result) and result.reason in printed
 
 
 def test_a_safe_slip_says_what_it_does_and_too_much_load_what_the_mean_load_does(punch, paper_cycle):

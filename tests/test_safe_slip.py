@@ -1,5 +1,3 @@
-import io
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,7 +5,7 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from studies.validation.oracles import largest_load_factor
-from systems import CYCLE, FIRST_PAIR, random_system, stress_of, system
+from systems import CYCLE, FIRST_PAIR, explained, random_system, stress_of, system
 
 
 @settings(max_examples=40)
@@ -51,9 +49,8 @@ def test_without_friction_a_contact_without_shear_is_just_safe():
 
 
 def test_explain(punch, paper_cycle):
-    text = io.StringIO()
-    fo.safe_slip(punch(16), paper_cycle, 0.7, 3.0).explain(text)
-    assert all(part in text.getvalue() for part in ("safe residual slip", "margin", "clearance", "cap", "rows bind"))
+    text = explained(fo.safe_slip(punch(16), paper_cycle, 0.7, 3.0))
+    assert all(part in text for part in ("safe residual slip", "margin", "clearance", "cap", "rows bind"))
 
 
 def test_the_limit_parts_existence_to_a_billionth(punch, paper_cycle):

@@ -1,6 +1,5 @@
 """The limit with separation against closed forms, every pattern of open nodes, transients, and the published cases of rounded punches."""
 
-import io
 import pickle
 import re
 from itertools import product
@@ -14,7 +13,7 @@ from frictopt.limits.open_sets import open_set_limit
 from frictopt.limits.question import pose
 from separation import pulled_system, resting_starts, rests
 from studies.validation.open_patterns import every_pattern, largest_with_open
-from systems import CYCLE, system
+from systems import CYCLE, explained, system
 
 ROUNDED = [  # elements, rounding, open nodes at each side, limit with them open
     (24, 20.0, 4, 0.7821287715),
@@ -122,9 +121,8 @@ def test_what_is_said_of_it(paper_cycle):
     limit = fo.separated_limit(flat.with_gap(2.0 * flat.x**4), paper_cycle, 0.6)
     assert limit.proven and limit.kind is fo.LimitKind.FINITE
     assert "no state above it" in limit.reason and "opens or closes at most once" in limit.covers
-    text = io.StringIO()
-    limit.explain(text)
-    assert limit.reason in text.getvalue() and limit.covers in text.getvalue() and "opened                   2 x 5, boolean" in text.getvalue()
+    text = explained(limit)
+    assert limit.reason in text and limit.covers in text and "opened                   2 x 5, boolean" in text
     assert limit.problem.is_mixed_integer() and pickle.loads(pickle.dumps(limit)).load_factor == limit.load_factor
     table = limit.to_frame()
     assert list(table.columns) == ["node", "x", "slip", "gap", "open"] and np.array_equal(table["open"], limit.open)

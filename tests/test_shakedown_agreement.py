@@ -1,5 +1,3 @@
-import io
-
 import cvxpy as cp
 import numpy as np
 import pytest
@@ -7,7 +5,7 @@ import pytest
 import frictopt as fo
 from frictopt.solve import LP_SOLVERS
 from frictopt.solve import solvers as policy
-from systems import CYCLE, linprog_limit, random_system, stress_of
+from systems import CYCLE, explained, linprog_limit, random_system, stress_of
 
 
 @pytest.mark.parametrize("elements", [16, 40, 124])
@@ -126,13 +124,11 @@ def test_the_mechanism_is_a_proof(punch, paper_cycle):
 def test_explain_does_not_mix_two_solves(punch, paper_cycle):
     model = fo.ShakedownModel(punch(16), paper_cycle)
     first = model.solve(0.3)
-    text = io.StringIO()
-    first.explain(text)
-    assert "rows bind" in text.getvalue() and f"{first.load_factor:.12g}" in text.getvalue()
+    text = explained(first)
+    assert "rows bind" in text and f"{first.load_factor:.12g}" in text
     model.solve(0.7)
-    text = io.StringIO()
-    first.explain(text)
-    assert "rows bind" not in text.getvalue() and "solved for something else since" in text.getvalue()
+    text = explained(first)
+    assert "rows bind" not in text and "solved for something else since" in text
 
 
 def test_a_failing_solver_is_recorded_and_the_next_one_answers(punch, paper_cycle, monkeypatch):
@@ -180,14 +176,12 @@ def test_the_problem_is_named_dpp_and_solved(punch, paper_cycle):
 
 
 def test_explain_prints_names_sizes_units_and_binding_rows(punch, paper_cycle):
-    text = io.StringIO()
-    fo.shakedown_limit(punch(16), paper_cycle, 0.7).explain(text)
-    printed = text.getvalue()
+    text = explained(fo.shakedown_limit(punch(16), paper_cycle, 0.7))
+    printed = text
     for part in ("load_factor", "traction", "no_backward_slip", "(DPP) yes", "unit", "rows bind", "mirror symmetry", "friction", "mechanism"):
         assert part in printed
-    text = io.StringIO()
-    fo.shakedown_limit(random_system(np.random.default_rng(0), 3, coupling=0.0), CYCLE, 0.4).explain(text)
-    assert "closed form" in text.getvalue()
+    text = explained(fo.shakedown_limit(random_system(np.random.default_rng(0), 3, coupling=0.0), CYCLE, 0.4))
+    assert "closed form" in text
 
 
 def test_a_sweep_is_one_compiled_problem(punch, paper_cycle):

@@ -1,6 +1,5 @@
 """Limits in three dimensions: closed forms, the plane, invariances, extremes, and certificates from both sides."""
 
-import io
 from collections import Counter
 
 import numpy as np
@@ -13,6 +12,7 @@ import frictopt as fo
 from frictopt.reference import smallest_circle, smallest_circle_limit
 from spatial import cycle, random_contact, single, strip, vectors
 from studies.validation.polygons import polygon_limit
+from systems import explained
 
 
 def uncoupled(rng, nodes, corners):
@@ -114,9 +114,8 @@ def test_the_friction_rate_is_the_derivative_of_the_limit():
 def test_each_kind_of_limit_is_named_and_explained(mean, corners, kind):
     limit = fo.shakedown_limit(single(), fo.LoadCycle(mean, corners), 0.5)
     assert limit.kind.name == kind and limit.reason and limit.residual <= 1e-9
-    text = io.StringIO()
-    limit.explain(text)
-    assert "friction_circle_0" in text.getvalue() and "no_force" not in text.getvalue()
+    text = explained(limit)
+    assert "friction_circle_0" in text and "no_force" not in text
 
 
 @pytest.mark.parametrize("idle", [[0], [0, 1, 2]])
