@@ -42,9 +42,7 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     shown = {**plane, **space}
     for axes, (key, rows) in zip(panels, shown.items(), strict=False):
         _panel(axes, rows[rows["result"] == "answer"])
-        axes.set_title(
-            "\n".join(key).replace("lambda_1", r"$\lambda_1$").replace("lambda_2", r"$\lambda_2$").replace(", shear", ",\nshear"), loc="left"
-        )
+        axes.set_title("\n".join(key).replace("lambda_1", r"$\lambda_1$").replace("lambda_2", r"$\lambda_2$"), loc="left")
     whole_decades(panels[0], "x")
     for axes, rows in zip(panels, shown.values(), strict=False):
         _front(axes, rows[rows["on_front"]].sort_values("seconds"))

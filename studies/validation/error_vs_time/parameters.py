@@ -30,10 +30,7 @@ class Parameters:
     # Three dimensions
     space_elements: tuple[int, ...] = (16, 40)  # of the paper's scene in space, for transients: with 125 nodes they take minutes
     space_steps: tuple[int, ...] = (4, 8, 16, 32, 64)  # increments from corner to corner
-    space_reference_steps: int = 512
-    space_overload: float = 1.15  # load factor of shear that turns, over the shakedown limit
     space_friction: float = 0.5
-    punch_elements: int = 4  # along a side of the square punch
     sphere_cells: tuple[int, ...] = (8, 12, 16, 20)  # across a sphere's contact
     region_tolerances: tuple[float, ...] = (1e-1, 1e-2, 1e-3)
     search_steps: tuple[int, ...] = (4, 8, 16)  # increments from corner to corner of limits after a protocol and of ranges
@@ -54,8 +51,6 @@ QUICK = Parameters(
     reference_cycles=40,
     space_elements=(8,),
     space_steps=(4, 16),
-    space_reference_steps=32,
-    punch_elements=2,
     sphere_cells=(6, 12),
     region_tolerances=(1e-1, 1e-2),
     search_steps=(4, 16),

@@ -1,4 +1,4 @@
-"""Three dimensions: the plane scene as a contact in space, whose answers are known, a sphere in closed form, and shear that turns."""
+"""Three dimensions: the plane scene as a contact in space, whose answers are known, and a sphere in closed form."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -23,7 +23,6 @@ from .transients import CYCLES, STEPS, in_steps, last_work, start_slip
 Array = np.ndarray[Any, Any]
 
 VERTEX = "vertex of the plane's linear program in rational arithmetic"
-_TURNING = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}])
 _SHEAR = 0.8  # of the sphere, over the friction bound
 _RADIUS, _WIDTH = 5.0, 1.12  # of the sphere, and of the grid; in units of the contact's radius
 
@@ -66,17 +65,6 @@ def spheres(parameters: Parameters) -> Question:
     methods = [Method("frictopt, newton", "cells", f"{n}", partial(followed, n), error) for n in parameters.sphere_cells]
     reference = "closed form of Mindlin and Deresiewicz, with the forces of the mesh"
     return Question("transient, 3-D", "work in the second cycle", "sphere on a half-space", 0, reference, methods)
-
-
-def turning(parameters: Parameters) -> Question:
-    """Work in the second cycle of a square punch under shear that turns, where the friction circle bends every path."""
-    system = fo.scenes.SquarePunch(elements=parameters.punch_elements).condense()
-    factor = parameters.space_overload * fo.shakedown_limit(system, _TURNING, parameters.space_friction).load_factor
-    march = partial(fo.march, system, _TURNING, parameters.space_friction, factor, cycles=CYCLES)
-    exact = last_work(march(steps=parameters.space_reference_steps))
-    methods = in_steps("frictopt, newton", march, parameters.space_steps, exact)
-    reference = f"frictopt with {parameters.space_reference_steps} increments"
-    return Question("transient, 3-D", "work in the second cycle, shear that turns", "square punch", system.nodes, reference, methods)
 
 
 def _limit(parameters: Parameters, scene: Scene, space: InSpace) -> Question:

@@ -28,7 +28,6 @@ def questions(parameters: Parameters) -> Iterator[Question]:
         yield from space_answers.questions(parameters, scene, elements)
     yield from transients.cylinders(parameters)
     yield space.spheres(parameters)
-    yield space.turning(parameters)
     yield space_answers.amplitudes(parameters)
 
 

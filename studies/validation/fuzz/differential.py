@@ -149,14 +149,6 @@ def _again(scene: Scene, seen: Seen) -> tuple[float, bool]:
     return residual, True
 
 
-def _mirrored(scene: Scene) -> tuple[float, bool]:
-    return _again(scene, described(scene.case, np.arange(scene.n)[::-1], sense=-1.0))
-
-
-def _renumbered(scene: Scene) -> tuple[float, bool]:
-    return _again(scene, described(scene.case, scene.rng.permutation(scene.n)))
-
-
 def _other_units(scene: Scene) -> tuple[float, bool]:
     """In other units of force and length, and each load case in a unit of its own, from nano to giga."""
     force, length = 10.0 ** scene.rng.uniform(-9, 9, 2)
@@ -213,8 +205,8 @@ def _increments(scene: Scene) -> tuple[float, bool]:
 
 DIFFERENTIAL: dict[str, Callable[[Scene], tuple[float, bool]]] = {
     "limit, nothing left out": _limit,
-    "mirrored": _mirrored,
-    "renumbered": _renumbered,
+    "mirrored": lambda scene: _again(scene, described(scene.case, np.arange(scene.n)[::-1], sense=-1.0)),
+    "renumbered": lambda scene: _again(scene, described(scene.case, scene.rng.permutation(scene.n))),
     "other units": _other_units,
     "work along the path": _path,
     "steady state, marched": _marched,
