@@ -1,4 +1,4 @@
-"""Limits of the paper's scene without any transient: onset, shakedown limit and safe slip against friction and corner size.
+"""Limits of the paper's scene without any transient: onset and shakedown limit against friction and corner size, and the safe slip at the limit.
 
 Run with `python -m studies limits [--quick]`. All limits are amplitudes of the bulk stress over the mean pressure, sigma / (P / 2a).
 """
@@ -31,7 +31,6 @@ class Parameters:
 
     elements: tuple[int, ...] = (16, 32, 64, 124)  # meshes of the friction table: elements on the contact, grading "sine"
     frictions: tuple[float, ...] = _steps((0.1, 0.65, 0.025), (0.655, 0.75, 0.005), (0.775, 1.5, 0.025), (1.6, 3.0, 0.1))
-    margin_share: float = 0.9  # the margin of the safe slip is that at this share of the shakedown limit
     corner_frictions: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5, 0.543, 0.6, 0.7, 0.8)
     corner_elements: tuple[int, ...] = (8, 12, 16, 24, 32, 48, 64, 96, 124, 192, 256)  # grading "sine"
     graded_elements: int = 64  # number of elements of the meshes that vary the grading alone
@@ -66,8 +65,7 @@ def limits_by_friction(parameters: Parameters) -> Iterator[Row]:
         part = _limits(system, parameters.frictions)
         onsets = pd.DataFrame([_onsets(system, friction) for friction in parameters.frictions])
         q0, p0 = LOADS.mean_reaction(system)
-        margins = pd.DataFrame([_margin(system, row.friction, parameters.margin_share * row.load_factor) for row in part.itertuples()])
-        yield pd.concat([part, onsets, margins], axis=1).assign(**_mesh(scene), mean_demand=float(np.max(np.abs(q0) / p0)))
+        yield pd.concat([part, onsets], axis=1).assign(**_mesh(scene), mean_demand=float(np.max(np.abs(q0) / p0)))
 
 
 def limits_by_corner(parameters: Parameters) -> Iterator[Row]:
@@ -133,19 +131,8 @@ def _onsets(system: fo.ContactSystem, friction: float) -> dict[str, Any]:
     row: dict[str, Any] = {}
     onset = fo.onset(system, fo.LoadCycle(LOADS.mean, [{"sigma": 1.0}, {"sigma": -1.0}]), friction)
     for name, slip, separation in zip(("plus", "minus"), onset.slips, onset.separations, strict=True):
-        row[f"slip_{name}"], row[f"slip_{name}_x"] = slip.load_factor, _place(system, slip.node)
-        row[f"separation_{name}"] = separation.load_factor
-        row["mean_slips"], row["mean_opens"] = len(onset.mean_slips), len(onset.mean_opens)
-    return row
-
-
-def _place(system: fo.ContactSystem, node: int | None) -> float:
-    return float("nan") if node is None else float(system.x[node] / system.x[-1])
-
-
-def _margin(system: fo.ContactSystem, friction: float, load_factor: float) -> dict[str, Any]:
-    safe = fo.safe_slip(system, LOADS, friction, load_factor)
-    return {"margin": safe.margin, "margin_residual": safe.residual, "margin_solver": safe.record.solver}
+        row[f"slip_{name}"], row[f"separation_{name}"] = slip.load_factor, separation.load_factor
+    return row | {"mean_slips": len(onset.mean_slips)}
 
 
 def _corner_reactions(limit: fo.results.ShakedownLimit, friction: float, corner: int) -> pd.DataFrame:
@@ -183,20 +170,12 @@ _LIMIT = {
     "solver": "solver of the limit",
 }
 _ONSET = {
+    "mean_demand": "largest |q| / p of the bonded contact under the mean load: the friction needed to hold it",
     "slip_plus": "load factor at the first slip, bulk pulled; 0 if it happens under the mean load alone",
-    "slip_plus_x": "its position x / a; of simultaneous nodes the leftmost",
     "separation_plus": "load factor at the first separation, bulk pulled",
     "mean_slips": "number of nodes that slip under the mean load alone",
-    "mean_opens": "number of nodes that open under the mean load alone",
     "slip_minus": "load factor at the first slip, bulk pressed; 0 if it happens under the mean load alone",
-    "slip_minus_x": "its position x / a; of simultaneous nodes the leftmost",
     "separation_minus": "load factor at the first separation, bulk pressed",
-}
-_MARGIN = {
-    "margin": "largest reserve f p - |q| of a safe slip at the stated share of lambda_2, over the mean of f p under the mean load",
-    "margin_residual": "residual of the margin",
-    "margin_solver": "solver of the margin",
-    "mean_demand": "largest |q| / p of the bonded contact under the mean load: the friction needed to hold it",
 }
 _REACTION = {
     "friction": _LIMIT["friction"],
@@ -212,9 +191,7 @@ _REACTION = {
     "solver": _LIMIT["solver"],
 }
 
-FRICTION = Table(
-    "limits_friction", "limits of one mesh at one friction", _MESH | _LIMIT | _ONSET | _MARGIN, full=FULL, quick=QUICK, compute=limits_by_friction
-)
+FRICTION = Table("limits_friction", "limits of one mesh at one friction", _MESH | _LIMIT | _ONSET, full=FULL, quick=QUICK, compute=limits_by_friction)
 CORNER = Table("limits_corner", "shakedown limit of one mesh at one friction", _MESH | _LIMIT, full=FULL, quick=QUICK, compute=limits_by_corner)
 REACTIONS = Table(
     "limits_reactions", "one node at one load corner, at the shakedown limit", _MESH | _REACTION, full=FULL, quick=QUICK, compute=reactions_at_limit
