@@ -15,7 +15,7 @@ from typing import Any, Protocol, cast
 import pandas as pd
 from matplotlib.figure import Figure
 
-from studies.tables import INTERRUPTED, Table, at_least_one, data_folder, writable
+from studies.tables import INTERRUPTED, Table, data_folder, whole_number, writable
 
 from . import style
 from .prepare import prepare
@@ -63,7 +63,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m paper_figures", description="Draw the figures of the paper's scene.")
     parser.add_argument("names", nargs="*", metavar="name", help=f"figures to draw, all by default: {', '.join(FIGURES)}")
     parser.add_argument("--quick", action="store_true", help="from quick data on coarse meshes")
-    parser.add_argument("--workers", type=at_least_one, default=os.cpu_count() or 1, metavar="N", help="processes; by default one for each processor")
+    parser.add_argument(
+        "--workers", type=whole_number(1), default=os.cpu_count() or 1, metavar="N", help="processes; by default one for each processor"
+    )
     parser.add_argument("--list", action="store_true", help="list the figures and draw none")
     parser.add_argument("--data", type=writable, metavar="FOLDER", help="folder of the tables")
     parser.add_argument("--output", type=writable, metavar="FOLDER", help="folder of the figures")

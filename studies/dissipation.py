@@ -18,7 +18,7 @@ import pandas as pd
 import frictopt as fo
 
 from .paper import LOADS, force_unit, slip_unit
-from .tables import Row, Study, Table, at_least_one
+from .tables import Row, Study, Table, whole_number
 
 
 @dataclass(frozen=True)
@@ -170,7 +170,7 @@ _LIMITS = {
     "residual": "residual of both",
 }
 _OPTIONS: dict[str, dict[str, Any]] = {
-    "workers": {"type": at_least_one, "default": 1, "metavar": "N", "help": "number of processes (default 1: no other process)"},
+    "workers": {"type": whole_number(1), "default": 1, "metavar": "N", "help": "number of processes (default 1: no other process)"},
     "store": {"metavar": "FILE", "help": "file that keeps each finished run; the next start computes only the missing runs"},
 }
 

@@ -55,32 +55,15 @@ def writable(name: str | Path) -> Path:
         raise argparse.ArgumentTypeError(f"{str(name)!r} is no folder to write in ({error}); give one that exists or can be made") from error
 
 
-def at_least_one(text: str) -> int:
-    """Type of a command line's option: a whole number from 1 to a million.
+def whole_number(least: int, most: int = 10**6) -> Callable[[str], int]:
+    """Type of a command line's option: a whole number in this range, else an `argparse.ArgumentTypeError`."""
 
-    Raises
-    ------
-    argparse.ArgumentTypeError
-        It is none.
-    """
-    return _whole_number(text, 1, 10**6)
+    def read(text: str) -> int:
+        if not text.strip().isdecimal() or len(text) > 30 or not least <= int(text) <= most:
+            raise argparse.ArgumentTypeError(f"{text!r}; give a whole number of at least {least} and at most {most}")
+        return int(text)
 
-
-def seed_number(text: str) -> int:
-    """Type of a command line's option: a seed, a whole number of at least 0.
-
-    Raises
-    ------
-    argparse.ArgumentTypeError
-        It is none.
-    """
-    return _whole_number(text, 0, 2**62)  # following seeds must fit in a column of 64 bits
-
-
-def _whole_number(text: str, least: int, most: int) -> int:
-    if not text.strip().isdecimal() or len(text) > 30 or not least <= int(text) <= most:
-        raise argparse.ArgumentTypeError(f"{text!r}; give a whole number of at least {least} and at most {most}")
-    return int(text)
+    return read
 
 
 def markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -73,8 +73,9 @@ def in_plane(ask: Callable[..., T], *given: Any, **options: Any) -> T:
         raise NotAsked from error
 
 
-def _alike(subject: Embedded, question: str, values: Sequence[str], *rest: Any, relative: float = _SAME, absolute: float = _SAME) -> Answered:
-    """The same numbers from both contacts."""
+def alike(subject: Embedded, question: str, values: Sequence[str], *rest: Any, relative: float = _SAME, absolute: float = _SAME) -> Answered:
+    """The same numbers from both contacts; asked of the load cycle and friction of the case where nothing else is given."""
+    rest = rest or subject.args[1:]
     plane = in_plane(getattr(fo, question), subject.case.system, *rest)
     found = getattr(fo, question)(subject.solid, *rest)
     for name in values:
@@ -82,26 +83,16 @@ def _alike(subject: Embedded, question: str, values: Sequence[str], *rest: Any, 
     return found.residual, True
 
 
-def limit(subject: Embedded) -> Answered:
-    """The interval of safe load factors."""
-    return _alike(subject, "shakedown_limit", ("load_factor", "least"), *subject.args[1:])
-
-
-def guaranteed(subject: Embedded) -> Answered:
-    """The guaranteed limit."""
-    return _alike(subject, "guaranteed_limit", ("load_factor",), *subject.args[1:])
-
-
 def safe_slip(subject: Embedded) -> Answered:
     """The largest margin."""
-    return _alike(subject, "safe_slip", ("margin",), *subject.args[1:], subject.load_factor)
+    return alike(subject, "safe_slip", ("margin",), *subject.args[1:], subject.load_factor)
 
 
 def required_friction(subject: Embedded) -> Answered:
     """The least friction that is enough at the load factor of the case."""
     if subject.case.seed % FRICTION_EVERY:
         raise NotAsked
-    return _alike(subject, "required_friction", ("required",), subject.case.cycle, subject.load_factor, relative=_FRICTION_PROVEN, absolute=0.0)
+    return alike(subject, "required_friction", ("required",), subject.case.cycle, subject.load_factor, relative=_FRICTION_PROVEN, absolute=0.0)
 
 
 def safe_region(subject: Embedded) -> Answered:

@@ -244,8 +244,8 @@ _SPACE: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
     "steady state from a safe slip, 3-D": _safe_start,
 }
 _EMBEDDED: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
-    "limit, plane in 3-D": embedded.limit,
-    "guaranteed limit, plane in 3-D": embedded.guaranteed,
+    "limit, plane in 3-D": partial(embedded.alike, question="shakedown_limit", values=("load_factor", "least")),
+    "guaranteed limit, plane in 3-D": partial(embedded.alike, question="guaranteed_limit", values=("load_factor",)),
     "safe slip, plane in 3-D": embedded.safe_slip,
     "required friction, plane in 3-D": embedded.required_friction,
     "safe region, plane in 3-D": embedded.safe_region,

@@ -23,7 +23,7 @@ from tqdm import tqdm
 
 import frictopt as fo
 
-from ...tables import Study, Table, at_least_one, markdown, seed_number
+from ...tables import Study, Table, markdown, whole_number
 from .cases import random_case
 from .checks import CHECKS, Finding, findings
 from .differential import DIFFERENTIAL, differences
@@ -134,8 +134,10 @@ class _Random(Study):
 
     def parser(self) -> argparse.ArgumentParser:
         parser = super().parser()
-        parser.add_argument("--cases", type=at_least_one, metavar="N", help=f"number of random contacts of each part (default {FULL.cases})")
-        parser.add_argument("--seed", type=seed_number, metavar="N", help="seed of the first one (default: another one each time, which is printed)")
+        parser.add_argument("--cases", type=whole_number(1), metavar="N", help=f"number of random contacts of each part (default {FULL.cases})")
+        parser.add_argument(
+            "--seed", type=whole_number(0, 2**62), metavar="N", help="seed of the first one (default: another one each time, which is printed)"
+        )
         parser.add_argument("--only", choices=tuple(PARTS), help="the questions of one part")
         return parser
 
