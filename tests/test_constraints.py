@@ -93,6 +93,14 @@ def test_a_rotation_of_a_rigid_part_is_a_generalised_coordinate(tmp_path):
     assert on(found, found.force([9], nodal=[1.0, 2.0, 3.0])) == {"20.4": 1.0, "20.5": 2.0, "20.6": 3.0}
 
 
+def test_the_reference_of_a_rigid_part_has_its_rotation_in_abaqus(tmp_path):
+    (tmp_path / "a.inp").write_text(CUBE + RIGID.format("TOP", ""))
+    (tmp_path / "a.mtx").write_text("".join(f"20,{i}, 20,{j}, {7.0 if i == j else 1.0}\n" for i in range(1, 7) for j in range(1, i + 1)))
+    found = fo.read_abaqus(tmp_path / "a.mtx", deck=tmp_path / "a.inp")
+    assert found.generalised.tolist() == [3, 4, 5]
+    assert on(found, found.force([4], nodal=[0.0, 0.0, 1.0])) == {"20.3": 1.0, "20.4": -0.5, "20.5": 0.5}  # node 5, half beside it both ways
+
+
 def test_a_rotation_that_a_coupling_does_not_feel_leaves_the_matrix(tmp_path):
     labels = [label for label in TOP_LABELS if label not in ("20.1", "20.2")]
     K = np.diag([*np.ones(15), 0.0])  # CalculiX writes the rotation about z too
