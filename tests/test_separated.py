@@ -140,6 +140,7 @@ def test_a_contact_that_is_pulled_apart_has_no_state_of_rest(punch):
     limit = fo.separated_limit(punch(8), fo.LoadCycle({"P": -1.0}, [{"sigma": 1.0}, {"sigma": -1.0}]), 0.6)
     assert np.isnan(limit.load_factor) and limit.state is None and not limit.open.any() and np.isnan(limit.slip).all()
     assert "the mean load pulls the bodies apart" in limit.reason and limit.reason in repr(limit)
+    assert limit.proven and f"finds none at load factors up to {limit.covers.split()[-1]}: " in limit.reason
 
 
 def test_all_nodes_open_for_ever():

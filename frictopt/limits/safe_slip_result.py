@@ -32,9 +32,9 @@ class SafeSlip(Answered):
         (N,) or (N, 2) the slip that stays furthest inside the friction bounds, length (the least unsafe one if none is safe); within the slip bound.
         `largest_slip` is its size: compare it with what assembly can leave, and bound it by `slip_bound`.
     margin
-        Its smallest reserve `f p - |q|` over nodes and corners, in mean friction bounds of the mean load, at most 1; negative: none is safe.
-        With friction below 0.01 somewhere the reserve of p counts as well; with open nodes their gap, in what the mean friction bound does to the
-        mean normal stiffness.
+        Its smallest reserve `f p - |q|` over nodes and corners, in mean friction bounds at load factor 0 (gaps shut), at most 1; negative: none is
+        safe. With friction below 0.01 somewhere the reserve of p counts as well; with open nodes their gap, in what the mean friction bound does to
+        the mean normal stiffness.
     bound
         Upper bound of the margin from the multipliers alone; equals `margin` up to `residual`.
     friction_rate

@@ -229,7 +229,8 @@ def _bound(system: ContactSystem, cycle: LoadCycle, friction: Array, best: OpenS
 
 def _reason(system: ContactSystem, cycle: LoadCycle, friction: Array, best: OpenSetLimit | None, bound: _Bound, proven: bool) -> str:
     if best is None:
-        return f"no set of open nodes is known to rest: {unscaled_diagnosis(system, cycle, friction)}"
+        none = f", and the mixed-integer program finds none at load factors up to {bound.up_to:.6g}" if proven else ""
+        return f"no set of open nodes is known to rest{none}: {unscaled_diagnosis(system, cycle, friction)}"
     start = f" from {best.least:.6g} on" if best.least > 0 else ""
     nodes = f"{int(best.opened.sum())} of {system.nodes} nodes"
     if best.load_factor == np.inf:
