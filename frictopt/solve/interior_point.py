@@ -7,7 +7,8 @@ cycle. With `min c'y` over the `s = h - A y` in cones, whose multipliers z are i
 
 so that whatever the number of cones there is one dense matrix, one product and one Cholesky factorisation, see `Condensed`. Their errors are
 corrected in the equations on the left. The steps are those of Mehrotra on the homogeneous embedding, which also finds that there is no optimum
-(Andersen, Roos & Terlaky 2003).
+(Andersen, Roos & Terlaky 2003). As a factorisation costs more than many solutions, the curvature is met again on the way that it has made, as long
+as that makes the step longer (Carpenter, Lustig, Mulvey & Shanno 1993).
 """
 
 from dataclasses import dataclass
@@ -29,7 +30,8 @@ _STEPS = 100
 _ENOUGH = 1e-10  # errors with which it ends: of the rows, of the multipliers, and between the two objectives, over their sizes
 _WAITING = 5  # steps that do not halve the work of the cones after which rounding is all that is left
 _NEARLY = 1e-7  # errors up to which it ends where rounding leaves no further step, for others to judge
-_STAY = 0.99  # share of the way to the boundary of the cones
+_AGAIN = 2  # times that the curvature is met again at most
+_STAY = 0.98  # share of the way to the boundary of the cones
 
 
 class InteriorPoint(CLARABEL):  # type: ignore[misc]
@@ -116,7 +118,13 @@ def _solved(program: Condensed, cones: Cones) -> tuple[str, Array, Array, int]:
                 raise
             break
         ahead = newton.direction()
-        way = newton.direction((1 - min(1.0, newton.longest(ahead))) ** 3, ahead)
+        share = (1 - min(1.0, newton.longest(ahead))) ** 3
+        way = newton.direction(share, ahead)
+        for _ in range(_AGAIN):
+            again = newton.direction(share, way)
+            if not newton.longest(again) > newton.longest(way):
+                break
+            way = again
         at = at.moved(way, min(1.0, _STAY * newton.longest(way)))
     return "Solved" if least <= _ENOUGH else "AlmostSolved", best.y / best.tau, best.z / best.tau, step
 
