@@ -155,6 +155,17 @@ def test_a_node_that_the_mean_load_opens_and_all_corners_open_further_rests_at_e
     assert (limit.least, limit.load_factor) == (0.0, np.inf) and limit.open.all()
 
 
+def test_where_rounding_hides_the_least_load_factor_it_is_said_so():
+    """Sheared to and fro by 0.04 with a friction of 1e-6: it rests only once the load has pressed the node some 1e5 times."""
+    loads = {"P": ([0.0], [0.5]), "Q": ([1.0], [0.0]), "N": ([-1.4], [-0.06])}
+    node = fo.ContactSystem.from_blocks([[1.0]], [[-0.05]], [[1.0]], [0.0], loads)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"N": -1.0}] * 2, fixed=[{"Q": 0.4}, {"Q": 0.36}])
+    limit = fo.separated_limit(node, cycle, 1e-6)
+    assert limit.load_factor == np.inf and limit.least != 0
+    assert "at every load factor from" in limit.reason and ("from some on" in limit.reason or limit.least > 0)
+    assert not rests(node, cycle, 1e-6, 1.0)
+
+
 def test_a_search_tree_without_nodes_left_says_what_to_give(punch, paper_cycle):
     limit = fo.separated_limit(rounded(punch(12), 2.0), paper_cycle, 0.6, most_nodes=1)
     assert limit.bound == np.inf and "give more most_nodes" in limit.reason

@@ -42,7 +42,7 @@ class SeparatedLimit(WithSlip, Plotted):
         At it and down to `least` the contact rests with the nodes `open`. Inf: at every load factor from `least` on. NaN: no such state is known, see
         `reason`.
     least
-        The least load factor with the same nodes open; 0 where they rest under the mean load alone. NaN without a state.
+        The least load factor with the same nodes open; 0 where they rest under the mean load alone. NaN without a state, or where rounding hides it.
     bound
         Upper bound, within `covers`, of the load factors with a state of rest; inf where none is known, NaN where there is no such state.
     proven
@@ -231,7 +231,7 @@ def _reason(system: ContactSystem, cycle: LoadCycle, friction: Array, best: Open
     if best is None:
         none = f", and the mixed-integer program finds none at load factors up to {bound.up_to:.6g}" if proven else ""
         return f"no set of open nodes is known to rest{none}: {unscaled_diagnosis(system, cycle, friction)}"
-    start = f" from {best.least:.6g} on" if best.least > 0 else ""
+    start = " from some on, which rounding hides" if np.isnan(best.least) else f" from {best.least:.6g} on" if best.least > 0 else ""
     nodes = f"{int(best.opened.sum())} of {system.nodes} nodes"
     if best.load_factor == np.inf:
         return f"the limit is infinite: the contact rests with {nodes} open at every load factor{start}"
