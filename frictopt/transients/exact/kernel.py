@@ -66,6 +66,8 @@ class State(NamedTuple):
         (N,) statuses that agree with the signs of the rates.
     counted
         (N,) statuses at the last update of the signature.
+    near
+        (N,) nodes that do not plainly stick, see `find_near`; the first ones are in use.
     trace
         (3,) number of events; signature of the changes of status, which does not depend on their order within a segment; number of events whose
         rates are not proven to be unique.
@@ -83,6 +85,7 @@ class State(NamedTuple):
     load_rate: np.ndarray
     wanted: np.ndarray
     counted: np.ndarray
+    near: np.ndarray
     trace: np.ndarray
 
 
@@ -201,31 +204,22 @@ _once = njit(no_cpython_wrapper=True, inline="always", **_OPTIONS)
 
 
 @_inner
-def _equation(S, row, factor, column):
-    """Entry of the stiffness: coefficient of unknown `column` in the equation of unknown `row`, whose p' has this factor."""
-    nodes = S.shape[0] // 2
-    return S[row, column] + (factor * S[nodes + row, column] if factor != 0.0 else 0.0)
-
-
-@_inner
 def _border(S, active, new, factor):
     """Row (`left`) and column (`right`) of a new unknown, multiplied by the inverse; returns the pivot (Schur complement)."""
-    n, unknown, inverse = active.size[0], active.unknown, active.inverse
+    n, nodes, unknown, weight, inverse = active.size[0], len(S) // 2, active.unknown, active.weight, active.inverse
     left, right, column = active.left, active.right, active.column
-    for a in range(n):
+    for a in range(n):  # S is symmetric, and its rows lie together
         left[a] = 0.0
-        column[a] = _equation(S, unknown[a], active.weight[a], new)
+        column[a] = S[new, unknown[a]] + (weight[a] * S[new, nodes + unknown[a]] if weight[a] != 0.0 else 0.0)
+    pivot = S[new, new] + (factor * S[nodes + new, new] if factor != 0.0 else 0.0)
     for a in range(n):
-        entry = _equation(S, new, factor, unknown[a])
-        for b in range(n):
-            left[b] += entry * inverse[a, b]
-    pivot = _equation(S, new, factor, new)
-    for a in range(n):
+        entry = S[new, unknown[a]] + (factor * S[nodes + new, unknown[a]] if factor != 0.0 else 0.0)
         total = 0.0
         for b in range(n):
+            left[b] += entry * inverse[a, b]
             total += inverse[a, b] * column[b]
         right[a] = total
-        pivot -= left[a] * column[a]
+        pivot -= entry * total
     return pivot
 
 
@@ -309,7 +303,7 @@ def change_statuses(S, f, status, active, wanted):
 @_inner
 def solve_rates(S, active, state):
     """Rates of `[v, w]` and `[q, p]` under the rate of the bonded reactions."""
-    n, nodes, right = active.size[0], S.shape[0] // 2, active.right
+    n, nodes, right = active.size[0], len(S) // 2, active.right
     load_rate, u_rate, r_rate = state.load_rate, state.u_rate, state.r_rate
     for a in range(n):
         unknown = active.unknown[a]
@@ -338,19 +332,19 @@ def _slacks(f, r, node, nodes):
 
 
 @_inner
-def _at_bound(f, state, node, force):
+def _at_bound(f, u, r, gap, node, force):
     """Whether a node is at its bound for slip along +x, at that for slip against it, and at the vertex of the friction cone (no pressure, no gap)."""
-    nodes, u, r = len(f), state.u, state.r
-    p, gap = r[nodes + node], u[nodes + node] + state.gap[node]
+    nodes = len(f)
+    p = r[nodes + node]
     slack_forward, slack_backward = _slacks(f, r, node, nodes)
     small = AT_BOUND * (f[node] * p + 1e-3 * force[node])
-    return slack_forward <= small, slack_backward <= small, p <= AT_BOUND * 1e-3 * force[node] and gap <= 0.0
+    return slack_forward <= small, slack_backward <= small, p <= AT_BOUND * 1e-3 * force[node] and u[nodes + node] + gap[node] <= 0.0
 
 
 @_entry_point
 def at_bound(f, state, node, force):
     """`_at_bound` for Python."""
-    return _at_bound(f, state, node, force)
+    return _at_bound(f, state.u, state.r, state.gap, node, force)
 
 
 @_inner
@@ -380,7 +374,7 @@ def _wanted(f, state, node, force, least_r, least_u):
     if status != STICK:
         turns = -status * u_rate[node] if f[node] > 0.0 else 0.0
         return (STICK, False) if turns > least_u else (status, masked or turns > 0.0)
-    at_forward, at_backward, _ = _at_bound(f, state, node, force)
+    at_forward, at_backward, _ = _at_bound(f, state.u, state.r, state.gap, node, force)
     for sense in (1, -1):
         if at_forward if sense == 1 else at_backward:
             slack_rate = f[node] * p_rate + sense * r_rate[node]
@@ -391,35 +385,35 @@ def _wanted(f, state, node, force, least_r, least_u):
 
 
 @_inner
-def _plainly_right(f, status, r, u_rate, node, force):
-    """Whether a pressed node sticks off its bounds, or slips the way that it moves: `_wanted` is its status then, and costs more to ask."""
-    p = r[len(f) + node]
-    if status[node] == OPEN or not p > AT_BOUND * 1e-3 * force[node]:
-        return False
-    slack_forward, slack_backward = _slacks(f, r, node, len(f))
-    off = min(slack_forward, slack_backward) > AT_BOUND * (f[node] * p + 1e-3 * force[node])
-    return off if status[node] == STICK else status[node] * u_rate[node] >= 0.0
+def find_near(f, state, force):
+    """List the nodes that slip, are open or at a bound, or are hardly pressed: all others plainly stick; returns their number."""
+    nodes, count, r = len(f), 0, state.r
+    for node in range(nodes):
+        p = r[nodes + node]
+        slack_forward, slack_backward = _slacks(f, r, node, nodes)
+        off = min(slack_forward, slack_backward) > AT_BOUND * (f[node] * p + 1e-3 * force[node])
+        state.wanted[node] = state.status[node]
+        state.near[count] = node
+        count += not (state.status[node] == STICK and off and p > AT_BOUND * 1e-3 * force[node])
+    return count
 
 
 @_once
-def settle(S, f, state, active, force, known):
-    """Iterate on the signs of the rates until the statuses of all nodes at a bound agree with them; `known`: the rates are those of the statuses."""
-    nodes, status, wanted, r, load_rate, u_rate = len(f), state.status, state.wanted, state.r, state.load_rate, state.u_rate
-    largest, stiffness = 0.0, 0.0
-    for k in range(2 * nodes):
-        largest = max(largest, abs(load_rate[k]))
-        stiffness += S[k, k] / (2 * nodes)
-    least_r = _RATE * largest
-    least_u = least_r / stiffness
-    not_unique = False
+def settle(S, f, state, active, force, known, near, least_r, least_u):
+    """Iterate on the signs of the rates until the statuses of all nodes near a bound agree with them.
+
+    `known`: the rates are those of the statuses; `near`: the number of these nodes; below `least_r` and `least_u` rates count as zero.
+    """
+    nodes, status, wanted, load_rate, u_rate, not_unique = len(f), state.status, state.wanted, state.load_rate, state.u_rate, False
     for iteration in range(_BLOCK + _SINGLE):
         if iteration > 0 or not known:
             solve_rates(S, active, state)
         wrong = 0
-        for node in range(nodes):
-            if _plainly_right(f, status, r, u_rate, node, force):
-                wanted[node] = status[node]
-                continue
+        for place in range(near):
+            node = state.near[place]
+            wanted[node] = status[node]
+            if STICK != status[node] != OPEN and status[node] * u_rate[node] >= 0.0 and state.r[nodes + node] > AT_BOUND * 1e-3 * force[node]:
+                continue  # it slips the way that it moves; to ask `_wanted` costs more
             wanted[node], masked = _wanted(f, state, node, force, least_r, least_u)
             if masked:
                 least = _own_least(S, load_rate, u_rate, node)
@@ -432,7 +426,7 @@ def settle(S, f, state, active, force, known):
                 if iteration >= _BLOCK and wrong > 1:
                     wanted[node] = status[node]
         if wrong == 0:
-            return NOT_UNIQUE if not_unique or _may_also_slip(S, f, state, active, force) else SETTLED
+            return NOT_UNIQUE if not_unique or _may_also_slip(S, f, state, active, force, near) else SETTLED
         share = change_statuses(S, f, status, active, wanted)
         if share == 0.0:
             return UNSETTLED
@@ -441,11 +435,12 @@ def settle(S, f, state, active, force, known):
 
 
 @_once
-def _may_also_slip(S, f, state, active, force):
+def _may_also_slip(S, f, state, active, force, near):
     """Whether a sticking node at its bound may also slip: its pivot if it slipped is not positive."""
-    for node in range(len(f)):
+    for place in range(near):
+        node = state.near[place]
         if state.status[node] == STICK:
-            at_forward, at_backward, _ = _at_bound(f, state, node, force)
+            at_forward, at_backward, _ = _at_bound(f, state.u, state.r, state.gap, node, force)
             for sense in (1, -1):
                 if (at_forward if sense == 1 else at_backward) and _border(S, active, node, sense * f[node]) <= 0.0:
                     return True
@@ -518,64 +513,62 @@ def set_statuses(S, f, state, active, status):
 @_inner
 def _symmetric_entry(S, one, weight, other, other_weight):
     """Entry of the symmetric part of the rows `q + weight p`."""
-    nodes = S.shape[0] // 2
+    nodes = len(S) // 2
     entry = S[one, other]
     if weight != 0.0:
         entry += 0.5 * weight * S[nodes + one, other]
     if other_weight != 0.0:
-        entry += 0.5 * other_weight * S[nodes + other, one]
+        entry += 0.5 * other_weight * S[one, nodes + other]
     return entry
 
 
 @_inner
 def _include(S, proof, unknown, weight):
-    """Add an unknown to the factor; returns whether the form is positive definite with it, and the unknown has this weight."""
-    place = proof.place[unknown]
-    if place >= 0:
-        return proof.weight[place] == weight
+    """Add an unknown to the factor; returns whether the form is positive definite with it."""
     n, L = proof.size[0], proof.factor
-    square = 0.0
+    left = _symmetric_entry(S, unknown, weight, unknown, weight)
     for a in range(n):
         entry = _symmetric_entry(S, unknown, weight, proof.unknown[a], proof.weight[a])
         for b in range(a):
             entry -= L[n, b] * L[a, b]
         L[n, a] = entry / L[a, a]
-        square += L[n, a] ** 2
-    alone = _symmetric_entry(S, unknown, weight, unknown, weight)
-    if not alone - square > _PIVOT * S[unknown, unknown]:
+        left -= L[n, a] * L[n, a]
+    if not left > _PIVOT * S[unknown, unknown]:
         return False
-    L[n, n] = np.sqrt(alone - square)
+    L[n, n] = np.sqrt(left)
     proof.unknown[n], proof.weight[n], proof.place[unknown] = unknown, weight, n
     proof.size[0] = n + 1
     return True
 
 
-@_inner
-def _extend_proof(S, f, state, force, proof):
+@_once
+def _extend_proof(S, f, state, force, proof, near):
     nodes = len(f)
-    for node in range(nodes):
-        status = state.status[node]
-        at_forward, at_backward, vertex = _at_bound(f, state, node, force)
+    for k in range(near):
+        node = state.near[k]
+        status, place = state.status[node], proof.place[node]
+        at_forward, at_backward, vertex = _at_bound(f, state.u, state.r, state.gap, node, force)
         if vertex:  # closed without pressure: it may open, or slip along +x or against it, which no quadratic form decides
             return False
         if status != STICK or at_forward or at_backward:
             if status != OPEN and at_forward and at_backward and f[node] > 0.0:
                 return False
-            sense = 0 if status == OPEN else status if status != STICK else 1 if at_forward else -1
-            if not _include(S, proof, node, sense * f[node]):
+            weight = f[node] * (0 if status == OPEN else status if status != STICK else 1 if at_forward else -1)
+            if not (proof.weight[place] == weight if place >= 0 else _include(S, proof, node, weight)):
                 return False
-            if status == OPEN and not _include(S, proof, nodes + node, 0.0):
+            if status == OPEN and proof.place[nodes + node] < 0 and not _include(S, proof, nodes + node, 0.0):
                 return False
     return True
 
 
 @_once
-def prove(S, f, state, force, proof):
-    """Whether the rates at a state are proven to be unique; `proof` is extended in place."""
-    if _extend_proof(S, f, state, force, proof):
-        return True
-    _clear(proof.size, proof.unknown, proof.place)  # unknowns of earlier states may be the reason
-    return _extend_proof(S, f, state, force, proof)
+def prove(S, f, state, force, proof, near):
+    """Whether the rates at a state, with so many nodes near a bound, are proven to be unique; `proof` is extended in place."""
+    for _ in range(2):
+        if _extend_proof(S, f, state, force, proof, near):
+            return True
+        _clear(proof.size, proof.unknown, proof.place)  # unknowns of earlier states may be the reason
+    return False
 
 
 # --- 4. The path along one segment -------------------------------------------------------------------------------------------
@@ -695,22 +688,23 @@ def follow(S, f, bonded, ahead, state, active, proof, force, start, begins, reco
     code, time
         `DONE` or the reason to stop, and the time of the stop.
     """
-    time, settled, load_rate = start, True, state.load_rate
+    time, settled, load_rate, largest, stiffness = start, True, state.load_rate, 0.0, 0.0
     for k in range(len(bonded)):
         load_rate[k] = ahead[k] - bonded[k]
         settled = settled and abs(load_rate[k]) <= _NO_DRIVE * force[k % len(f)]
+        largest, stiffness = max(largest, abs(load_rate[k])), stiffness + S[k, k] / len(bonded)
     if begins:
         _begin(S, f, state, active)
-        _clear(proof.size, proof.unknown, proof.place)
     known = settled = settled or not begins
     for _ in range(1000 + 200 * len(f)):
         if settled:
             solve_rates(S, active, state)
         else:
-            code = settle(S, f, state, active, force, known)
+            near = find_near(f, state, force)
+            code = settle(S, f, state, active, force, known, near, _RATE * largest, _RATE * largest / stiffness)
             if code != SETTLED:
                 return code, time
-            if not prove(S, f, state, force, proof):
+            if not prove(S, f, state, force, proof, near):
                 state.trace[2] += 1
         if len(record.time) > 0:
             if record.used[0] == len(record.time):
@@ -912,7 +906,8 @@ def new_state(u: np.ndarray, r: np.ndarray, gap: np.ndarray) -> State:
     status, wanted, counted = np.zeros((3, nodes), np.int8)
     work, slid = np.zeros((2, nodes))
     u_rate, r_rate, load_rate = np.zeros((3, 2 * nodes))
-    return State(u, r, gap, status, work, slid, np.zeros(1), u_rate, r_rate, load_rate, wanted, counted, np.zeros(3, dtype=np.int64))
+    near, trace = np.zeros(nodes, dtype=np.int64), np.zeros(3, dtype=np.int64)
+    return State(u, r, gap, status, work, slid, np.zeros(1), u_rate, r_rate, load_rate, wanted, counted, near, trace)
 
 
 def compiled() -> None:
