@@ -1,7 +1,7 @@
 """The cycles of a transient, and what the last ones prove of its steady state: on the exact path and in increments."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -37,6 +37,7 @@ class Settled:
     judged: tuple[Cycle, ...]
 
 
+@dataclass(eq=False)
 class Run:
     """The cycles of one transient so far.
 
@@ -68,12 +69,19 @@ class Run:
         Whether it did.
     """
 
-    def __init__(self, path: Transient, most: int, tell: Callable[[], object] = lambda: None) -> None:
-        self.path, self.most, self.tell = path, most, tell
-        self.period, self.cycles, self.tried, self.pause = 1, 0, 0, 0
-        self.works, self.last, self.lost, self.slow = list[float](), list[Cycle](), 0.0, 1.0
-        self.fixed: Cycle | None = None
-        self.extrapolated = False
+    path: Transient
+    most: int
+    tell: Callable[[], object] = lambda: None
+    period: int = 1
+    cycles: int = 0
+    works: list[float] = field(default_factory=list)
+    last: list[Cycle] = field(default_factory=list)
+    lost: float = 0.0
+    tried: int = 0
+    pause: int = 0
+    fixed: Cycle | None = None
+    slow: float = 1.0
+    extrapolated: bool = False
 
     def settled(self) -> Settled:
         """The steady state.
