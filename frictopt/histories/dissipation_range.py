@@ -19,8 +19,9 @@ from .range_search import STOPPED, Orbit, Search
 from .range_starts import RangeStarts
 
 _CLIMBED, _DESCENDED = 12, 2  # levels of work, the highest and the lowest, from which the search goes on
-_CLIMBED_BESIDE, _ROUNDS = 4, 8  # the highest levels around an end from which it goes on, and how often it looks around the best end
-_BESIDE = 0.2  # how much less work than the best end these have at most, over that by which its work is more than the least
+_CLIMBED_BESIDE, _ROUNDS = 4, 8  # the best levels around the ends from which it goes on to each, and how often it looks around them
+_WIDER = 1e-3  # how much an end moves, over itself, where the search looks around again
+_BESIDE = 0.2  # how far from an end these levels are at most, over the range
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -113,8 +114,10 @@ def dissipation_range(
     corner and that go furthest along the changes of the load, stretched, squeezed or turned, or unload an end of the contact (a linear program each,
     in space a cone program); from no slip, from the slip that is safe at the shakedown limit, and, if slip stops from all of these, from the witness
     of the guaranteed limit. From the best of them, sequential linear programming goes on over the slips of the nodes that stay locked, on which alone
-    the work depends, by the derivative of a cycle. Each step is judged by a transient. Such steps end at a local extreme. So starts around the best
-    end, one and two spreads of its slips away, are followed too, and the search goes on from the best of them, even if these have less work at first.
+    the work depends, by the derivative of a cycle. Each step is judged by a transient. Such steps end where they find nothing better, which need not
+    be a local extreme. So random starts around both ends, two spreads of its slips away and closer, are followed too, and the search goes on from the
+    best of them, even if these are less extreme at first. Around the start of least work there are none where the contact has more than 62 nodes and
+    that work is not zero.
 
     The result is an inner estimate, which no theorem closes: other starts may have more work. Orbits on which nodes open are counted
     but not searched from.
@@ -193,15 +196,19 @@ def dissipation_range(
 def _searched(runs: Search, levels: list[Orbit]) -> list[Orbit]:
     """Where the search ends from the levels with the most work, and, where no start came to rest, from those with the least.
 
-    A local extreme may have more work beside it, a spread of its slips away: so the search goes on from the best starts around it, too, even if
-    these have less work at first, and from the best end itself where that is no local extreme.
+    A local extreme may have more or less work beside it, or a basin of its own far away: so the search goes on from the best random starts around
+    both ends, too, even if these are less extreme at first, and from an end itself where that is no local extreme.
     """
-    ends = [runs.climb(orbit, 1) for orbit in levels[::-1][:_CLIMBED] if orbit.work > 0]
-    for _ in range(_ROUNDS if ends else 0):
-        best = max(ends, key=lambda orbit: orbit.work)
-        near = runs.levels(runs.around(best, best.work - _BESIDE * (best.work - levels[0].work)))[::-1]
-        new = [orbit for orbit in near if all(abs(orbit.work - end.work) > LEVEL * end.work for end in ends)]
-        ends += [runs.climb(orbit, 1) for orbit in [best] * (best.end == STOPPED) + new[:_CLIMBED_BESIDE]]
-        if not any(orbit.work > (1 + LEVEL) * best.work for orbit in ends):
+    begun = [(orbit, 1) for orbit in levels[::-1][:_CLIMBED] if orbit.work > 0] + [(orbit, -1) for orbit in levels[:_DESCENDED] if levels[0].work > 0]
+    ends = [runs.climb(*one) for one in begun]
+    for _ in range(_ROUNDS):
+        found = runs.levels([*levels, *ends])
+        low, high, far = found[0], found[-1], _BESIDE * (found[-1].work - found[0].work)
+        near = [*runs.around(high, high.work - far), *runs.around(low, 0.0 if low.work > 0 else high.work - far)]
+        new = [orbit for orbit in runs.levels(near) if all(abs(orbit.work - end.work) > LEVEL * end.work for end in ends)]
+        for best, sense in ((high, 1), (low, -1)) if low.work > 0 else ((high, 1),):
+            beside = [orbit for orbit in new[::-sense] if sense * (best.work - orbit.work) <= far][:_CLIMBED_BESIDE]
+            ends += [runs.climb(orbit, sense) for orbit in [best] * (best.end == STOPPED) + beside]
+        if all(low.work * (1 - _WIDER) <= end.work <= high.work * (1 + _WIDER) for end in ends):
             break
-    return ends + ([runs.climb(orbit, -1) for orbit in levels[:_DESCENDED]] if levels[0].work > 0 else [])
+    return ends

@@ -27,7 +27,9 @@ _WORK_GAIN = 100 * RESIDUAL  # a step that gains less work, relative, is none
 _FIRST = 0.25  # first trust region, over the spread of the slips of the orbit
 _LEAST = 1e-5  # last one, over the first
 _TRANSIENTS = 20  # of one climb
-_AROUND = 16, 144  # starts around an end at least, and at most: of many nodes few, because each costs more and their works differ less
+_AROUND = 8, 200  # starts around an end at least, and at most: of many nodes few, because each costs more and their works differ less
+_EACH = 1000  # nodes of these starts together, otherwise
+_WIDEST, _NARROWEST = 2.0, 0.05  # distances of these starts, over the spread of the slips of the end
 _CYCLES = 200  # of a transient, after which it is given up: some take thousands
 STOPPED = f"stopped after {_TRANSIENTS} transients"
 
@@ -127,10 +129,16 @@ class Search:
         return steady_state(*self._asked, initial_slip=orbit.start, steps=self._steps, progress=False) if orbit.state.steps else orbit.state
 
     def around(self, orbit: Orbit, least: float) -> list[Orbit]:
-        """Orbits of at least so much work from random starts around that of an orbit, within one and two spreads of its slips."""
+        """Orbits of at least so much work from random starts around that of an orbit, within two spreads of its slips, and closer.
+
+        None where any work counts and there are many nodes: such transients cannot be given up early.
+        """
         assert orbit.path is not None
-        size, count = _spread(orbit.start, orbit.path), int(np.clip(1000 // len(orbit.start), *_AROUND))
-        starts = [orbit.start + (1 + number % 2) * size * self._rng.uniform(-1, 1, orbit.start.shape) for number in range(count)]
+        size, count = _spread(orbit.start, orbit.path), _EACH // len(orbit.start)
+        if not least and count < 2 * _AROUND[0]:
+            return []
+        sizes = size * _WIDEST * (_NARROWEST / _WIDEST) ** np.linspace(0, 1, int(np.clip(count, *_AROUND))) ** 2
+        starts = [orbit.start + one * self._rng.uniform(-1, 1, orbit.start.shape) for one in sizes]
         starts = starts if self._most is None else [shortened(start, self._most) for start in starts]
         return [found for start in starts if (found := self.follow(f"around {orbit.name}", start, least)).work >= least]
 
