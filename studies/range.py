@@ -90,6 +90,7 @@ def slip_of(parameters: Parameters) -> Iterator[Row]:
             "most": least.of(*high),
             "proven_total": least.total / slip_unit(case.system),
             "least_total": _total(*low) / slip_unit(case.system),
+            "most_total": _total(*high) / slip_unit(case.system),
             "residual": max(least.residual, span.residual),
         }
 
@@ -159,6 +160,7 @@ _SLIP = {
     "most": "its value on the orbit with the largest W found",
     "proven_total": "proven least sum over the nodes of the slip between corners, v E* / (a P / 2a)",
     "least_total": "that sum on the orbit with the least W found; NaN where nodes are open at a corner",
+    "most_total": "the same on the orbit with the largest W found",
     **_RESIDUAL,
 }
 _PROTOCOLS = {

@@ -197,7 +197,9 @@ def test_below_the_ratio_of_the_bonded_corner_the_limit_falls_with_its_element_a
 
 def scaled_scene(elements=16, size=1.0, E=1.0, nu=0.3, element="linear"):
     material = fo.Material(E, nu)
-    return fo.scenes.PunchOnHalfPlane(elements, size, 2 * size, 12 * size, 12 * size, "sine", 1.15, material, material, element=element).condense()
+    sizes = {"half_width": size, "punch_height": 2 * size, "block_half_width": 12 * size, "block_depth": 12 * size}
+    materials = {"punch_material": material, "block_material": material}
+    return fo.scenes.PunchOnHalfPlane(elements, **sizes, grading="sine", growth=1.15, **materials, element=element).condense()
 
 
 def test_neither_stiffness_nor_size_of_the_scene_matters(paper_cycle):

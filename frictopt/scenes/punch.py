@@ -28,17 +28,17 @@ class PunchOnHalfPlane(PunchOnBlock):
         Half-width `a` of the contact and height of the punch, length.
     block_half_width, block_depth
         Size of the block, length.
-    grading
-        Size of the middle element over that of the corner element, >= 1, sizes in geometric progression; or "sine": nodes at
-        `x = a sin(pi t / 2)`, t uniform in [-1, 1].
     growth
         Ratio of neighbouring element sizes away from the contact, > 1; the first one has the size of the corner element.
     punch_material, block_material
         The two materials.
-    support
-        Bottom of the block: "rollers" (free to slide, one node held) or "clamped".
     element
         "linear", or "mean_dilatation": quadrilaterals that do not lock as nu approaches 0.5; the answer then depends less on nu.
+    grading
+        Size of the middle element over that of the corner element, >= 1, sizes in geometric progression; or "sine": nodes at
+        `x = a sin(pi t / 2)`, t uniform in [-1, 1].
+    support
+        Bottom of the block: "rollers" (free to slide, one node held) or "clamped".
 
     Raises
     ------
