@@ -38,7 +38,8 @@ def largest_with_open(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: A
                 equal.append((moved[i] - before[i], 0.0))
     (left, right), (rows, most_of_rows) = zip(*less, strict=True), zip(*equal, strict=True)
     bounds = [(0.0, 1.0)] + [(None, None)] * (size - 1)
-    answer = linprog(np.r_[-1.0, np.zeros(size - 1)], left, right, rows, most_of_rows, bounds)
+    exact = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}  # friction may be as little as the default ones
+    answer = linprog(np.r_[-1.0, np.zeros(size - 1)], left, right, rows, most_of_rows, bounds, options=exact)
     if answer.status != 0:
         return None
     u = answer.x[1:].reshape(corners, 2, n) * force / system.stiffness_scale
