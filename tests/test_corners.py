@@ -5,7 +5,22 @@ import re
 import numpy as np
 import pytest
 from scipy.sparse import block_diag
-from skfem import Basis, ElementHex1, ElementQuad1, ElementTetP1, ElementTriP1, ElementVector, LinearForm, MeshHex, MeshQuad, MeshTet, MeshTri
+from skfem import (
+    Basis,
+    ElementHex1,
+    ElementQuad1,
+    ElementTetP1,
+    ElementTriP1,
+    ElementVector,
+    FacetBasis,
+    LinearForm,
+    MeshHex,
+    MeshQuad,
+    MeshTet,
+    MeshTri,
+    condense,
+    solve,
+)
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import frictopt as fo
@@ -215,3 +230,42 @@ def test_a_plate_that_is_moved_takes_the_shims_along():
     fields = model.recover({"U": 1.0}, np.zeros(6))
     for u in fields.displacement.values():
         assert np.allclose(u.T, [0.25, -0.5], atol=1e-12)
+
+
+@pytest.mark.parametrize("exchanged", [(), (0,), (1,), (0, 1)])
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+@pytest.mark.parametrize("kind", [MeshQuad, MeshHex])
+def test_a_held_block_in_a_notch_is_glued_as_one_body_whichever_body_is_the_first(kind, order, exchanged):
+    """Two faces of two bodies that meet at a corner, each with either of them as body 1: the displacements of one mesh without a contact.
+
+    Next to the corner all nodes of the block but those of its faces are held, and most of the seat lies behind the floor.
+    """
+    steps = [np.array([0.0, 1.0, 1.2]), np.array([0.0, 0.2, 1.2]), np.array([0.0, 0.5])]
+    whole = kind.init_tensor(*steps[: 2 if kind is MeshQuad else 3])
+    x, y = whole.p[:2, whole.t].mean(axis=1)
+    block = (x < 1.0) & (y < 0.2)
+    sides = {
+        "wall": lambda x: np.isclose(x[0], 1.0) & (x[1] <= 0.2),
+        "floor": lambda x: np.isclose(x[1], 0.2) & (x[0] <= 1.0),
+        "top": lambda x: np.isclose(x[1], 1.2),
+        "end": lambda x: np.isclose(x[0], 0.0),
+    }
+    parts = {"block": block, "seat": ~block}
+    bodies = {name: fo.Body(whole.restrict(np.flatnonzero(part)).with_boundaries(sides)) for name, part in parts.items()}
+    pairs = [("seat", "block") if i in exchanged else ("block", "seat") for i in range(2)]
+    contacts = [fo.Contact(*pairs[i], *2 * [("wall", "floor")[i]]) for i in order]
+    model = fo.ContactModel(bodies, [fo.Support("block", "end")], {"P": [fo.Traction("seat", "top", x=1.0, y=-2.0)]}, contacts)
+    fields = model.recover({"P": 1.0}, np.zeros(model.condense().slip_shape))
+    element = ElementVector(ELEMENTS[kind]())
+    basis, held = Basis(whole, element), whole.p[:, (whole.p[0] == 0) & (whole.p[1] <= 0.2)]
+    loaded = FacetBasis(whole, element, facets=whole.facets_satisfying(sides["top"], boundaries_only=True))
+    F = LinearForm(lambda v, w: v[0] - 2 * v[1]).assemble(loaded)
+    K = linear_elasticity(*fo.Material().lame).assemble(basis)
+    u = solve(*condense(K, F, D=basis.nodal_dofs[:, nodes_at(whole, held)].ravel()))
+    for name, body in bodies.items():
+        found = u[basis.nodal_dofs[:, nodes_at(whole, body.mesh.p)]]
+        assert np.allclose(fields.displacement[name], found, rtol=0, atol=1e-10 * np.abs(u).max())
+
+
+def nodes_at(mesh, points):
+    return [np.linalg.norm(mesh.p - point[:, None], axis=0).argmin() for point in points.T]

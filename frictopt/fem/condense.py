@@ -1,6 +1,6 @@
 """Condensation of any sparse stiffness matrix to the contacts of its bodies."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -150,8 +150,9 @@ def condense(
         width = half_widths(x, names) if width is None else width
     interface, graph = Interface(nodes, openings(nodes, P), frames, held_nodes(rows)), node_graph(K, rows, others)
     check_forgotten(graph, interface, rows, where)
+    check_sides(graph, interface, where, names)
     _, body = connected_components(graph, directed=False)
-    S, bonded, L = condensed(K, F, overlaps, interface, rows, where, names, graph, lambda node: f"node {node} of body {body[node]}", others)
+    S, bonded, L = condensed(K, F, overlaps, interface, rows, where, graph, lambda node: f"node {node} of body {body[node]}", others)
     known: dict[str, Any] = {"gap": apart, "frames": frames, "contact": np.array(names), "width": width, "E_star": E_star, "units": units}
     return ContactSystem(S, x, bonded, compliance=L, **known)
 
@@ -163,7 +164,6 @@ def condensed(
     interface: Interface,
     unknowns: Integers,
     points: Array,
-    names: Sequence[str],
     graph: csr_matrix,
     called: Callable[[int], str],
     generalised: Integers = NO_ROWS,
@@ -180,8 +180,6 @@ def condensed(
         Pairs and directions, in as many dimensions as the points have.
     unknowns, points
         (nodes, d) rows of K, -1 where held, and coordinates.
-    names
-        Name of the contact of each pair.
     graph
         Pattern of the nodes that K joins.
     called
@@ -192,9 +190,8 @@ def condensed(
     Raises
     ------
     ModelError
-        Normals that do not point into body 1, rigid motions that nothing prevents, a stiffness that cannot be eliminated, or not accurately enough.
+        Rigid motions that nothing prevents, a stiffness that cannot be eliminated, or not accurately enough.
     """
-    check_sides(graph, interface, points, names)
     check_supports(K, unknowns, points, graph, interface, generalised)
     motions = free_motions(K, unknowns, points, connected_components(graph, directed=False)[1], generalised)
     relative = slips_of(motions, interface, unknowns)
