@@ -7,14 +7,12 @@ With the slip increment split, `dv = s+ - s-`, the contact law reads `z >= 0, M 
         [      B            -B           C    ]            [    p    ]
 
 (Klarbring & Bjorkman 1988). A z obeys it exactly where the quadratic program `min z' (M z + c), z >= 0, M z + c >= 0` has the minimum 0. That program
-is convex only where the symmetric part of M has no negative eigenvalue: without friction. It is here to be looked at, and to be solved in that case;
-a local minimum of a program that is not convex need not be a state of the contact.
+is convex only where the symmetric part of M has no negative eigenvalue: without friction. It is here to be looked at: cvxpy refuses to solve it
+elsewhere, where a local minimum need not be a state of the contact.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
-from typing import IO
+from typing import NamedTuple
 
 import cvxpy as cp
 import numpy as np
@@ -23,104 +21,36 @@ from numpy.typing import ArrayLike
 from ...contact import ContactSystem
 from ...contact.checks import Array
 from ...contact.system import checked_plane
-from ...contact.tolerances import ROUNDING
-from ...errors import NoContinuation, SolverError
-from ...solve.explain import explain
-from ...solve.solvers import NoOptimum, solve
 from .by_newton import NewtonIncrement
-from .increment import Increment, Posed
-
-_NOT_CONVEX = ROUNDING  # negative eigenvalues up to this share of the largest entry are rounding
-_TITLE = "friction increment, complementarity"
+from .increment import Posed
 
 
-@dataclass(frozen=True, eq=False)
-class ComplementarityProblem:
+class ComplementarityProblem(NamedTuple):
     """The complementarity problem of one increment, dimensionless.
 
     Attributes
     ----------
     matrix, constant
         `M` (3N, 3N) and `c` (3N,).
+    problem
+        The quadratic program, with variables forward_slip, backward_slip and gap.
+    length
+        Unit of its slips and gaps.
 
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem.from_blocks(
-    ...     A=[[2, -1], [-1, 2]],
-    ...     B=[[0, 0.5], [-0.5, 0]],
-    ...     C=[[2, 0], [0, 2]],
-    ...     x=[0, 1],
-    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
-    ... )
-    >>> load = system.reaction({"P": 1.0, "Q": 1.0})
-    >>> problem = fo.increments.complementarity_problem(system, 0.0, [0.0, 0.0], load)
-    >>> problem.convex, problem.solve().slip.round(6).tolist()
-    (True, [-0.833333, -0.666667])
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=2, EA=1.0, h=1.0))
+    >>> load = rod.reaction({"pressure": 1.0, "force": 1.0})
+    >>> problem = fo.increments.complementarity_problem(rod, 0.5, [0.0, 0.0], load)
+    >>> problem.matrix.shape, problem.problem.is_dcp()
+    ((6, 6), False)
     """
 
     matrix: Array
     constant: Array
-    _posed: Posed = field(repr=False)
-
-    @cached_property
-    def least_eigenvalue(self) -> float:
-        """Smallest eigenvalue of the symmetric part of M, in units of the stiffness scale; negative: the quadratic program is not convex."""
-        return float(np.linalg.eigvalsh((self.matrix + self.matrix.T) / 2)[0])
-
-    @property
-    def convex(self) -> bool:
-        """Whether the quadratic program is convex, up to rounding."""
-        return self.least_eigenvalue >= -_NOT_CONVEX * float(np.abs(self.matrix).max())
-
-    @cached_property
-    def problem(self) -> cp.Problem:
-        """The quadratic program, with variables forward_slip, backward_slip and gap."""
-        M, c, n = self.matrix, self.constant, len(self.constant) // 3
-        forward_slip, backward_slip, gap = (cp.Variable(n, name=name) for name in ("forward_slip", "backward_slip", "gap"))
-        z = cp.hstack([forward_slip, backward_slip, gap])
-        forward_slack, backward_slack, p = M[:n] @ z + c[:n], M[n : 2 * n] @ z + c[n : 2 * n], M[2 * n :] @ z + c[2 * n :]
-        rows = {
-            "forward_slip_grows": forward_slip >= 0,
-            "backward_slip_grows": backward_slip >= 0,
-            "no_overlap": gap >= 0,
-            "forward_bound": forward_slack >= 0,
-            "backward_bound": backward_slack >= 0,
-            "no_tension": p >= 0,
-        }
-        symmetric = (M + M.T) / 2
-        work = cp.quad_form(z, cp.psd_wrap(symmetric) if self.convex else symmetric) + c @ z
-        return cp.Problem(cp.Minimize(work), [row.set_label(name) for name, row in rows.items()])
-
-    def explain(self, file: IO[str] | None = None) -> None:
-        """Print the quadratic program by its names."""
-        units = dict.fromkeys(("forward_slip", "backward_slip", "gap"), self._posed.length)
-        explain(_TITLE, self.problem, None, units, (), None, file)
-
-    def solve(self) -> Increment:
-        """The state after the increment, where the program is convex.
-
-        Raises
-        ------
-        NoContinuation
-            No state obeys the law.
-        SolverError
-            The program is not convex, or no solver gave an answer that the referee accepts.
-        """
-        if not self.convex:
-            raise SolverError(
-                f"complementarity program: not convex, the symmetric part of M has the eigenvalue {self.least_eigenvalue:.3g} (in units of the "
-                "stiffness scale), so that a solver's minimum need not be a state of the contact; solve an ExactIncrement or a FrozenBoundIncrement"
-            )
-        values = self.problem.var_dict
-        try:
-            found, record = solve(
-                self.problem,
-                lambda: self._posed.claim(np.r_[values["forward_slip"].value - values["backward_slip"].value, values["gap"].value], self.problem),
-            )
-        except NoOptimum as error:
-            raise NoContinuation(f"complementarity program: no state obeys the law under this load ({error})") from error
-        return replace(found, _title=_TITLE, record=replace(found.record, solver=record.solver, attempts=record.attempts))
+    problem: cp.Problem
+    length: float
 
 
 def complementarity_problem(system: ContactSystem, friction: ArrayLike, slip: ArrayLike, bonded: Sequence[ArrayLike]) -> ComplementarityProblem:
@@ -155,7 +85,7 @@ def complementarity_problem(system: ContactSystem, friction: ArrayLike, slip: Ar
     ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
     ... )
     >>> load = system.reaction({"P": 1.0, "Q": 1.0})
-    >>> fo.increments.complementarity_problem(system, 0.5, [0.0, 0.0], load).convex
+    >>> fo.increments.complementarity_problem(system, 0.5, [0.0, 0.0], load).problem.is_dcp()
     False
     """
     owner = NewtonIncrement(checked_plane(system, "choose NewtonIncrement or FrozenBoundIncrement"), friction)
@@ -163,4 +93,9 @@ def complementarity_problem(system: ContactSystem, friction: ArrayLike, slip: Ar
     f, one, none = np.diag(owner.friction), np.eye(n), np.zeros((n, n))
     motion = np.block([[one, -one, none], [none, none, one]])  # u = motion z
     force = np.block([[one, f], [-one, f], [none, one]])  # [f p + q, f p - q, p] = force r
-    return ComplementarityProblem(force @ owner.law.S @ motion, force @ posed.trial, posed)
+    M, c = force @ owner.law.S @ motion, force @ posed.trial
+    split = {name: cp.Variable(n, name=name) for name in ("forward_slip", "backward_slip", "gap")}
+    z = cp.hstack(list(split.values()))
+    slack = dict(zip(("forward_bound", "backward_bound", "no_tension"), (M @ z + c).reshape((3, n), order="C"), strict=True))
+    rows = [(part >= 0).set_label(name) for name, part in {**split, **slack}.items()]
+    return ComplementarityProblem(M, c, cp.Problem(cp.Minimize(cp.quad_form(z, (M + M.T) / 2) + c @ z), rows), posed.length)
