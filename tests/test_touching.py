@@ -68,7 +68,7 @@ def test_a_contact_may_end_one_edge_before_a_corner_that_another_one_has():
     assert fo.ContactModel(bodies, [fo.Support("corner", "base")], load, [floor, wall]).condense().nodes == 5
     whole = block.with_boundaries({"left": lambda x: x[0] == 0})
     system = fo.ContactModel({**bodies, "block": fo.Body(whole)}, [fo.Support("corner", "base")], load, [floor, wall]).condense()
-    assert system.width.tolist() == [0.5, 1.0, 0.5, 0.5, 1.5]
+    assert system.width == pytest.approx([0.5, 1.0, 0.5, 0.5, 1.5])
     with pytest.raises(fo.ModelError, match=r"touch around \(0, [.0-9]+\)"):
         fo.ContactModel(bodies, [fo.Support("corner", "base")], load, [floor])
 
@@ -83,8 +83,10 @@ def test_bodies_that_meet_in_a_point_or_look_the_same_way_do_not_touch():
 
 def test_a_forgotten_ring_is_seen_where_the_nodes_coincide():
     shaft, hub = ring([0.5, 1.0], 12, "bore", "seat"), ring([1.0, 2.0], 12, "seat", "rim")
-    with pytest.raises(fo.ModelError, match=r"touch around \(-0.9\d+, 0.2\d+|touch around \(-0.9\d+, -0.2\d+"):
+    with pytest.raises(fo.ModelError, match="touch around") as error:
         check_touching({"shaft": fo.Body(shaft), "hub": fo.Body(hub)}, {})
+    x, y = (float(told) for told in re.search(r"around \((\S+), (\S+)\)", str(error.value)).groups())
+    assert np.hypot(x, y) == pytest.approx(np.cos(np.pi / 12), rel=1e-5)  # amid one of twelve chords
 
 
 @settings(max_examples=60)

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csr_matrix, identity
+from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
 from ..contact.checks import Array, check_text, finite_number, place, shown
@@ -20,7 +20,7 @@ from .faces import areas_of, course, facets_around, normals_of, sag
 from .forms import Part, boundary_forces, values_at
 from .given import same_point
 from .mortar import Overlaps, mortar_projection
-from .ordering import Integers, places_among
+from .ordering import Integers
 
 _FACED = 0.5  # least share of a facet of body 1 that faces body 2: the ends and rims of round faces miss each other by their sag
 
@@ -138,7 +138,7 @@ class Joint:
 
 
 def joined(contact: Contact, body_1: Body, body_2: Body, kinematics: Kinematics) -> Joint:
-    """Join the nodes of two faces: pairs where they match, else by the dual mortar method.
+    """Join the nodes of two faces by the dual mortar method, which makes pairs of nodes where the faces match.
 
     Raises
     ------
@@ -154,18 +154,12 @@ def joined(contact: Contact, body_1: Body, body_2: Body, kinematics: Kinematics)
     one, two, x, y = facets_around(body_1.mesh, facets), facets_around(body_2.mesh, others), body_1.mesh.p.T, body_2.mesh.p.T
     nodes, near = np.unique(one) if kinematics == "space" else course(*sides[0]), same_point(x)
     inward = boundary_forces(body_1.mesh, facets, lambda _, normals: -normals, "space").T[nodes]
-    places = _matched(one, x, two, y, near)
-    if places is not None:
-        widths = boundary_forces(body_1.mesh, facets, lambda points, _: np.ones((1, *points.shape[1:])), kinematics)[0, nodes]
-        P, allowed, coarser = csr_matrix(identity(len(y), format="csr")[places[nodes]]), np.full(len(nodes), near), 1.0
-    else:
-        overlaps = facet_overlaps(one, x, two, y)
-        _check_faced(contact, overlaps, x[one], y[two])
-        depth = circumference(np.sum(overlaps.phi * x[overlaps.own, 0], axis=1), kinematics)
-        overlaps = replace(overlaps, weights=overlaps.weights * depth)
-        P, widths = mortar_projection(overlaps, nodes, len(y))
-        allowed = near + sag(one, x)[nodes] + np.maximum.reduceat(sag(two, y)[P.indices], P.indptr[:-1])
-        coarser = _edge(x[one]) / _edge(y[two[np.isin(two, P.indices).all(axis=1)]])
+    overlaps = facet_overlaps(one, x, two, y)
+    _check_faced(contact, overlaps, x[one], y[two])
+    depth = circumference(np.sum(overlaps.phi * x[overlaps.own, 0], axis=1), kinematics)
+    P, widths = mortar_projection(replace(overlaps, weights=overlaps.weights * depth), nodes, len(y))
+    allowed = near + sag(one, x)[nodes] + np.maximum.reduceat(sag(two, y)[P.indices], P.indptr[:-1])
+    coarser = _edge(x[one]) / _edge(y[two[np.isin(two, P.indices).all(axis=1)]])
     gap = _initial_gap(contact, x[nodes], x[nodes] - P @ y, inward, allowed)
     return Joint(nodes, inward, widths, P, gap, coarser)
 
@@ -193,19 +187,6 @@ def _initial_gap(contact: Contact, points: Array, opening: Array, normals: Array
         i = int(gap.argmin())
         raise ModelError(f"{start} {place(points[i])}: gap {gap[i]:g}; give gaps >= 0, and an Interference load for bodies that overlap")
     return gap
-
-
-def _matched(one: Integers, x: Array, two: Integers, y: Array, near: float) -> Integers | None:
-    """Node of body 2 that each node of body 1 lies on, if all facets of the first face are facets of the second."""
-    nodes, others = np.unique(one), np.unique(two)
-    if one.shape[1] != two.shape[1]:
-        return None
-    distance, where = cKDTree(y[others]).query(x[nodes])
-    image = np.full(len(x), -1)
-    image[nodes] = others[where]
-    facing = places_among(image[one], two)
-    fits = distance.max() <= near and min(facing) >= 0 and np.all(np.sum(normals_of(x[one]) * normals_of(y[two[facing]]), axis=1) < 0)
-    return image if fits else None
 
 
 def _check_faced(contact: Contact, overlaps: Overlaps, one: Array, two: Array) -> None:

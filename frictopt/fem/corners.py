@@ -1,9 +1,9 @@
 """Corners that belong to several contacts, in any number of dimensions: no relative motion there is counted twice."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
+from scipy.cluster.hierarchy import DisjointSet
 from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
@@ -45,17 +45,12 @@ def shares(
     crowded = np.flatnonzero(np.bincount(spot)[spot] > 1).tolist()
     ends = [[(contacts[contact[k]].body_1, int(nodes[k])), (contacts[contact[k]].body_2, int(others[k]))] for k in crowded]
     at = {(body, int(spot[k])): node for k, pair in zip(crowded, ends, strict=True) for body, node in pair if node >= 0}
-    above, kept = dict[Any, Any](), np.full(n, True)
+    joined, kept = DisjointSet(), np.full(n, True)
     for k, pair in zip(crowded, ends, strict=True):
         one, two = (node if node >= 0 else at.get((body, int(spot[k])), (body, int(spot[k]))) for body, node in pair)
-        while one in above:
-            one = above[one]
-        while two in above:
-            two = above[two]
-        if one == two:
-            kept[k] = False
-        else:
-            above[one] = two
+        joined.add(one)
+        joined.add(two)
+        kept[k] = joined.merge(one, two)
     heir = np.arange(n)
     for k in np.flatnonzero(~kept).tolist():
         free = np.flatnonzero(kept & (contact == contact[k]))
