@@ -114,10 +114,10 @@ def test_the_load_factors_of_a_damping_curve_stand_beside_each_other_and_not_on_
 def test_a_design_is_drawn_with_its_profile_and_its_shear_over_the_friction_bound():
     model = fo.DesignModel(PUNCH, PULL, preloads=["Q"], profile=True)
     design = model.solve(F, [model.profile == 0.01 * PUNCH.x**2, model.preload == 0.1])
-    profile, ratio = design.plot()
+    ratio, profile = design.plot()
     (drawn,) = [line for line in profile.get_lines() if len(line.get_xdata()) == 5]
     assert np.array_equal(drawn.get_xdata(), PUNCH.x) and np.allclose(drawn.get_ydata(), 0.01 * PUNCH.x**2)
-    assert f"{design.load_factor:.5g}" in profile.get_title() and "Q +0.1" in profile.get_title()
+    assert f"{design.load_factor:.5g}" in ratio.get_title() and "Q +0.1" in ratio.get_title()
     q, p = fo.shakedown_limit(design.system, design.cycle, F).system.closed_reaction(design.cycle.at(design.load_factor)[1])
     q, p = q + PUNCH.A @ design.slip, p + PUNCH.B @ design.slip
     assert np.allclose(joined(ratio, PULL.corner_names[1])[1], q / (F * p), atol=1e-8)

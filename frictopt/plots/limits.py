@@ -6,15 +6,19 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
+from numpy.typing import ArrayLike
 
-from ..contact import Onset
+from ..contact import ContactSystem, Onset
 from ..contact.checks import Array
+from ..contact.coulomb import lengths
+from ..contact.tolerances import RESIDUAL
 from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, SeparatedLimit, ShakedownLimit
 from .along import circle, friction_ratio, label_contacts, lines, lines_or_band, looks, node_at, open_nodes
 from .picture import picture
-from .spatial import face_map, first_slips, limiting_face, safe_slip_face
+from .spatial import face_map, ratio_map
 from .style import ALONG, BLACK, GREY, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, one_axes, series
 
+Circles: TypeAlias = dict[int, tuple[Any, Any, Any]]
 Limit: TypeAlias = ShakedownLimit | RequiredFriction | GuaranteedLimit | SeparatedLimit
 
 _SHOWN = 4  # preloads in a title
@@ -35,19 +39,18 @@ def _onset(onset: Onset, ax: Axes | None = None) -> Axes:
     nodes = {event.corner: event.node for event in onset.slips if event.node is not None}
     if not nodes:
         return no_lines(axes, "no corner makes a node slip")
+    first, (q, p) = onset.slip, onset.reactions
+    names = [rf"{name}, $\lambda = {event.load_factor:.4g}$" for name, event in zip(onset.cycle.corner_names, onset.slips, strict=True)]
     if onset.system.tangents == 2:
-        return first_slips(axes, onset)
+        q, p = q[first.corner], p[first.corner]
+        shear, bound = lengths(q, p), onset.friction * p
+        zero = RESIDUAL * np.abs(bound).max()
+        slips = (shear - bound >= -zero) & (np.maximum(shear, -bound) > zero)  # a node that carries nothing does not slip
+        slips[first.node] = True
+        return ratio_map(axes, onset.system, q, p, onset.friction, names[first.corner], circled=slips, why="node that slips first")
     corners = list(nodes)
-    first = corners.index(onset.slip.corner)
-    called = onset.cycle.corner_names
-    names = [rf"{called[corner]}, $\lambda = {onset.slips[corner].load_factor:.4g}$" for corner in corners]
-    q, p = (reaction[corners] for reaction in onset.reactions)
-    ratio = friction_ratio(axes, onset.system, onset.friction, q, p, names, [first])
-    label: str | None = "first node that slips"
-    for number, look in looks(len(corners), [first]).items():
-        node = nodes[corners[number]]
-        circle(axes, onset.system.x[node], ratio[number, node], onset.slips[corners[number]].sense, _ONE_NODE, look["color"], label)
-        label = None
+    circles = {corners.index(corner): (nodes[corner], onset.slips[corner].sense, _ONE_NODE) for corner in (first.corner, *corners)}
+    _ratios(axes, onset.system, onset.friction, q[corners], p[corners], [names[corner] for corner in corners], circles, "first node that slips")
     legend(axes)
     return axes
 
@@ -108,54 +111,43 @@ def _least_slip(least: LeastSlip, ax: Axes | None = None) -> Axes:
 
 @picture.register
 def _safe_slip(safe: SafeSlip, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
-    """Above, shear over friction bound at the corners under the slip (of many corners, the one with the least reserve); below, the slip itself.
-
-    In space, at the corner with the least reserve, with the slip as arrows.
-    """
+    """Shear over friction bound at the corners under the slip; below, the slip itself."""
     title = "safe slip" if safe.exists else "no slip is safe; the least unsafe one"
-    title = rf"{title} at $\lambda = {safe.load_factor:.4g}$, margin {safe.margin:.4g}"
-    if safe.system.tangents == 2:
-        return safe_slip_face(one_axes(ax, 2), safe, title)
-    upper, lower = new_axes(ax, 2, (6.4, 5.4))
-    q, p = safe.reactions
-    least = int(np.argmin((safe.friction * p - np.abs(q))[:, ~safe.open].min(axis=1)))
-    friction_ratio(upper, safe.system, safe.friction, q, p, safe.cycle.corner_names, [least])
-    open_nodes(upper, safe.system, safe.open)
-    upper.set_xlabel("")
-    upper.set_title(title)
-    legend(upper)
-    lines(lower, safe.system, safe.slip, color=BLACK, marker=".", markersize=3)
-    lower.axhline(0, color=GREY, lw=0.8)
-    lower.set_ylabel("slip $v$ (length)")
-    label_contacts(lower, safe.system)
-    return np.array([upper, lower])
+    return _reserve(safe, ax, rf"{title} at $\lambda = {safe.load_factor:.4g}$, margin {safe.margin:.4g}", safe.slip, "slip $v$ (length)")
 
 
 @picture.register
 def _design(design: Design, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
-    """Shear over friction bound at the corners under the safe slip, below the profile where the faces were free.
+    """Shear over friction bound at the corners under the safe slip; below, the profile where the faces were free."""
+    amounts = [f"{name} {amount:+.4g}" for name, amount in design.preload.items()]
+    title = equals(r"best design, $\lambda$", design.load_factor) + "".join(f", {amount}" for amount in amounts[:_SHOWN])
+    return _reserve(design, ax, title + ", ..." * (len(amounts) > _SHOWN), design.profile, "material taken off (length)")
+
+
+def _reserve(found: SafeSlip | Design, ax: Axes | AxesArray | None, title: str, profile: Array | None, name: str) -> Axes | AxesArray:
+    """Shear over friction bound at the corners under the slip (of many corners, the one with the least reserve); below, a profile, if there is one.
 
     In space, at the corner with the least reserve, with the slip as arrows.
     """
-    amounts = [f"{name} {amount:+.4g}" for name, amount in design.preload.items()]
-    title = equals(r"best design, $\lambda$", design.load_factor) + "".join(f", {amount}" for amount in amounts[:_SHOWN])
-    title += ", ..." if len(amounts) > _SHOWN else ""
-    if design.system.tangents == 2:
-        return safe_slip_face(one_axes(ax, 2), design, title)
-    shaped = design.profile is not None
-    *above, axes = panels = new_axes(ax, 1 + shaped, (ALONG[0], (1 + shaped) * ALONG[1]))
-    panels[0].set_title(title)
-    q, p = design.reactions
-    friction_ratio(axes, design.system, design.friction, q, p, design.cycle.corner_names, list(range(len(q))))
-    legend(axes)
-    if design.profile is None:
-        return axes
-    above[0].axhline(0, color=GREY, lw=0.6, zorder=0)
-    lines(above[0], design.system, design.profile, color=BLACK, marker=".", markersize=3)
-    above[0].set_ylabel("material taken off (length)")
-    label_contacts(above[0], design.system)
-    above[0].set_xlabel("")
-    return np.array(panels)
+    system, (q, p), names = found.system, found.reactions, found.cycle.corner_names
+    least = int(np.argmin((found.friction * p - lengths(q, p))[:, ~found.open].min(axis=1)))
+    if system.tangents == 2:
+        axes = one_axes(ax, 2)
+        axes.set_title(title)
+        return ratio_map(axes, system, q[least], p[least], found.friction, names[least], found.slip, found.open)
+    upper, *below = new_axes(ax, 1 if profile is None else 2, ALONG if profile is None else (6.4, 5.4))
+    upper.set_title(title)
+    friction_ratio(upper, system, found.friction, q, p, names, [least])
+    open_nodes(upper, system, found.open)
+    legend(upper)
+    if profile is None:
+        return upper
+    upper.set_xlabel("")
+    lines(below[0], system, profile, color=BLACK, marker=".", markersize=3)
+    below[0].axhline(0, color=GREY, lw=0.8)
+    below[0].set_ylabel(name)
+    label_contacts(below[0], system)
+    return np.array([upper, *below])
 
 
 def _on_its_bounds(node: int, limit: GuaranteedLimit, corners: Sequence[int]) -> str:
@@ -172,31 +164,42 @@ def _at_corners(limit: Limit, ax: Axes | None, title: str, friction: Array, *, s
     axes.set_title(title)
     if not shown:
         return no_lines(axes, limit.reason)
-    if limit.system.tangents == 2:
-        return limiting_face(axes, limit, friction)
+    system, (q, p), names = limit.system, limit.reactions, limit.cycle.corner_names
+    if system.tangents == 2:
+        circled: ArrayLike = [node] if (node := getattr(limit, "node", None)) is not None else []
+        why = "critical node" if circled else ""
+        if isinstance(limit, ShakedownLimit | RequiredFriction):
+            circled, why = np.unique(limit.mechanism["node"]), "limiting node"
+        return ratio_map(axes, system, q[0], p[0], friction, names[0], limit.slip, limit.open, circled, why)
     circles, label = _circles(limit)
-    ruling = sorted(circles, key=lambda corner: -float(np.sum(circles[corner][2])))
-    q, p = limit.reactions
-    ratio = friction_ratio(axes, limit.system, friction, q, p, limit.cycle.corner_names, ruling)
-    drawn = looks(len(q), ruling)
-    for corner in (corner for corner in circles if corner in drawn):
-        nodes, senses, areas = circles[corner]
-        circle(axes, limit.system.x[nodes], ratio[corner, nodes], senses, areas, drawn[corner]["color"], label)
-        label = None
-    open_nodes(axes, limit.system, limit.open)
+    _ratios(axes, system, friction, q, p, names, circles, label)
+    open_nodes(axes, system, limit.open)
     legend(axes)
     return axes
 
 
-def _circles(limit: Limit) -> tuple[dict[int, tuple[Any, Any, Any]], str | None]:
+def _circles(limit: Limit) -> tuple[Circles, str]:
     """Nodes that limit the load, with their senses of slip and the areas of their circles, by corner; and what the circles are."""
     if isinstance(limit, ShakedownLimit | RequiredFriction):
         rows = limit.mechanism.groupby("corner")
         return {corner: (row["node"], row["direction"], _AREA * row["share"]) for corner, row in rows}, "limiting node; area: share"
     if isinstance(limit, SeparatedLimit) or limit.corners is None:
-        return {}, None
+        return {}, ""
     both = zip(limit.corners, (1, -1), strict=False)
     return {corner: (limit.node, sense, _ONE_NODE) for corner, sense in both}, f"node {limit.node}, on both bounds"
+
+
+def _ratios(
+    axes: Axes, system: ContactSystem, friction: Array, q: Array, p: Array, names: Sequence[str], circles: Circles, label: str | None
+) -> None:
+    """Shear over friction bound of (K, N) reactions, with circles at some corners; of many corners, those with the largest circles."""
+    ruling = sorted(circles, key=lambda corner: -float(np.sum(circles[corner][2])))
+    ratio = friction_ratio(axes, system, friction, q, p, names, ruling)
+    for corner, look in looks(len(q), ruling).items():
+        if corner in circles:
+            nodes, senses, areas = circles[corner]
+            circle(axes, system.x[nodes], ratio[corner, nodes], senses, areas, look["color"], label)
+            label = None
 
 
 @picture.register

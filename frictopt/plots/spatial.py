@@ -5,14 +5,12 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.transforms import offset_copy
 from matplotlib.tri import Triangulation
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ..contact import ContactSystem, Onset
+from ..contact import ContactSystem
 from ..contact.checks import Array, Booleans
 from ..contact.coulomb import lengths
-from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
-from ..limits import Design, GuaranteedLimit, RequiredFriction, SafeSlip, SeparatedLimit, ShakedownLimit
 from ..transients import SteadyState
 from .along import ratios
 from .bodies import spread
@@ -31,27 +29,26 @@ _ENDS = np.array([-1.0, 1.0])
 _FLAT = 1e-9  # difference of the directions of nodes in one plane; distance of nodes at one place, over the size of the contact
 
 
-def limiting_face(axes: Axes, limit: ShakedownLimit | GuaranteedLimit | RequiredFriction | SeparatedLimit, friction: Array) -> Axes:
-    """Shear over friction bound at one corner under the slip, the slip as arrows; nodes of the mechanism, or the critical one, are circled."""
-    q, p = limit.reactions
-    ratio = ratios(lengths(q, p)[0], friction * p[0])
-    places, size = _map(axes, limit.system, ratio, _ratio_at(limit.cycle.corner_names[0]), 1.0, limit.open)
-    _arrows(axes, places, np.where(limit.open[:, None], np.nan, limit.slip), "residual slip")
-    if isinstance(limit, GuaranteedLimit):
-        _circles(axes, places[[] if limit.node is None else [limit.node]], size, "critical node")
-    elif not isinstance(limit, SeparatedLimit):
-        _circles(axes, places[np.unique(limit.mechanism["node"])], size, "limiting node")
-    return _finished(axes)
-
-
-def safe_slip_face(axes: Axes, safe: SafeSlip | Design, title: str) -> Axes:
-    """Shear over friction bound under the slip, at the corner with the least reserve; the slip as arrows."""
-    q, p = safe.reactions
-    axes.set_title(title)
-    corner = int(np.argmin((safe.friction * p - np.linalg.norm(q, axis=-1))[:, ~safe.open].min(axis=1)))
-    ratio = safe.traction_ratios[corner]
-    places, _ = _map(axes, safe.system, ratio, _ratio_at(safe.cycle.corner_names[corner]), max(1.0, float(np.nanmax(ratio, initial=0.0))), safe.open)
-    _arrows(axes, places, np.where(safe.open[:, None], np.nan, safe.slip), "residual slip")
+def ratio_map(
+    axes: Axes,
+    system: ContactSystem,
+    q: Array,
+    p: Array,
+    friction: Array,
+    corner: str,
+    slip: Array | None = None,
+    opened: Booleans | None = None,
+    circled: ArrayLike = (),
+    why: str = "",
+) -> Axes:
+    """Shear over friction bound of reactions (N, 2) and (N,) at a corner by its name; the residual slip as arrows, some nodes circled."""
+    ratio = ratios(lengths(q, p), friction * p)
+    places, size = _map(axes, system, ratio, rf"$|q| / (f p)$ at {corner}", max(1.0, float(np.nanmax(ratio, initial=0.0))), opened)
+    if slip is not None:
+        _arrows(axes, places, slip if opened is None else np.where(opened[:, None], np.nan, slip), "residual slip")
+    if why:
+        x, y = places[np.asarray(circled)].T
+        axes.scatter(x, y, s=1.6 * size, facecolors="none", edgecolors=SERIES[1]["color"], linewidths=1.4, label=why)
     return _finished(axes)
 
 
@@ -70,28 +67,6 @@ def face_map(axes: Axes, system: ContactSystem, values: Array, name: str) -> Axe
     """Values of the nodes, (N,) >= 0, by their name."""
     _map(axes, system, values, name, float(values.max()) or 1.0)
     return _finished(axes)
-
-
-def first_slips(axes: Axes, onset: Onset) -> Axes:
-    """Draw the shear over the friction bound of the bonded contact at the first slip of all; the nodes that slip are circled."""
-    first, system = onset.slip, onset.system
-    q, p = (reaction[first.corner] for reaction in onset.reactions)
-    shear, bound = np.linalg.norm(q, axis=1), onset.friction * p
-    ratio, zero = ratios(shear, bound), RESIDUAL * np.abs(bound).max()
-    slips = (shear - bound >= -zero) & (np.maximum(shear, -bound) > zero)  # a node that carries nothing does not slip
-    slips[first.node] = True
-    name = rf"{_ratio_at(onset.cycle.corner_names[first.corner])}, $\lambda = {first.load_factor:.4g}$"
-    places, size = _map(axes, system, ratio, name, max(1.0, float(np.nanmax(ratio, initial=0.0))))
-    _circles(axes, places[slips], size, "node that slips first")
-    return _finished(axes)
-
-
-def _ratio_at(corner: str) -> str:
-    return rf"$|q| / (f p)$ at {corner}"
-
-
-def _circles(axes: Axes, places: Array, size: float, name: str) -> None:
-    axes.scatter(places[:, 0], places[:, 1], s=1.6 * size, facecolors="none", edgecolors=SERIES[1]["color"], linewidths=1.4, label=name)
 
 
 def _map(axes: Axes, system: ContactSystem, values: Array, name: str, most: float, opened: Booleans | None = None) -> tuple[Array, float]:
