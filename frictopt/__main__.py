@@ -6,7 +6,7 @@ Exit codes: 0 done, 2 bad input, 3 no answer that passes the checks, 4 a file th
 import argparse
 import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +26,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
     asked = _parser().parse_args(arguments)
     try:
+        for name, endings in (("table", WRITERS), ("picture", ())):
+            if getattr(asked, name, None):
+                setattr(asked, name, output(getattr(asked, name), *endings))
         asked.command(asked)
     except KeyboardInterrupt as interrupt:
         print("frictopt: interrupted", *getattr(interrupt, "__notes__", []), sep="\n", file=sys.stderr)
@@ -74,11 +77,11 @@ def _parser() -> argparse.ArgumentParser:
     study.add_argument("file", help="STUDY.toml")
     study.add_argument("--shard", type=_shard, metavar="K/N", help="follow the K-th of N parts, with a store of its own, without table and picture")
     study.add_argument("--store", help="file that keeps each finished run (default: the store of STUDY.toml, else STUDY.sqlite)")
-    study.add_argument("--workers", type=_workers, default=1, help="number of processes (default: %(default)s)")
+    study.add_argument("--workers", type=int, default=1, help="number of processes (default: %(default)s)")
     for one in (limit, study):
-        one.add_argument("--table", type=_output(*WRITERS), metavar="FILE", help=f"write the table: {', '.join(WRITERS)}")
+        one.add_argument("--table", metavar="FILE", help=f"write the table: {', '.join(WRITERS)}")
     for one in (look, limit, study):
-        one.add_argument("--picture", type=_output(), metavar="FILE", help="draw the picture: png, pdf, svg")
+        one.add_argument("--picture", metavar="FILE", help="draw the picture: png, pdf, svg")
     merge = command(_merge, "write the runs of several stores into one", "merge study.sqlite study.*-of-50.sqlite")
     merge.add_argument("into", help="the store to be written, or added to")
     merge.add_argument("parts", nargs="+", help="stores to read")
@@ -137,14 +140,16 @@ def _study(asked: argparse.Namespace) -> None:
     from contextlib import nullcontext
     from multiprocessing import get_context
 
+    from .contact.checks import whole_number
     from .histories.dissipation import dissipation_study
     from .histories.plan import read_plan
 
     question, files = read_plan(asked.file)
     store = Path(asked.store or files["store"])
     if asked.shard:
-        store = store.with_suffix(f".{asked.shard[0]}-of-{asked.shard[1]}{store.suffix}")
-    with nullcontext() if asked.workers == 1 else ProcessPoolExecutor(asked.workers, get_context("spawn")) as pool:
+        store = store.with_suffix(f".{'-of-'.join(map(str, asked.shard))}{store.suffix}")
+    workers = whole_number("--workers", asked.workers, least=1)
+    with nullcontext() if workers == 1 else ProcessPoolExecutor(workers, get_context("spawn")) as pool:
         table = dissipation_study(**question, shard=asked.shard, executor=pool, store=store)
     print(table.groupby(["friction", "load_factor", "outcome"]).size().rename("runs").reset_index().to_string(index=False))
     print(f"kept in {store}")
@@ -206,32 +211,8 @@ def _load_parts(text: str) -> tuple[str, str, str, list[float]]:
         ) from error
 
 
-def _shard(text: str) -> tuple[int, int]:
-    try:
-        part, count = (int(number) for number in text.split("/"))
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(f"{text!r}; give K/N, such as 3/50") from error
-    if not 1 <= part <= count:
-        raise argparse.ArgumentTypeError(f"{text!r}; K goes from 1 to N")
-    return part, count
-
-
-def _workers(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r}; give a whole number of at least 1")
-    return int(text)
-
-
-def _output(*endings: str) -> Callable[[str], Path]:
-    """Checks a file to be written, before anything is computed."""
-
-    def checked(name: str) -> Path:
-        try:
-            return output(name, *endings)
-        except ModelError as error:
-            raise argparse.ArgumentTypeError(str(error)) from error
-
-    return checked
+def _shard(text: str) -> tuple[int, ...]:
+    return tuple(int(number) for number in text.split("/"))
 
 
 if __name__ == "__main__":

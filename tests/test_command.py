@@ -121,6 +121,8 @@ BAD = {
     "load": (["condense", str(FLAT), "x.npz", "--contact", "N_TOP", "N_TOP", "--load", "P=N_TOP"], 2, "--load: 'P=N_TOP'"),
     "no study": (["study", "none.toml"], 4, "No such file"),
     "no TOML": (["study", "system.npz"], 2, "give a file in TOML"),
+    "table": ([*LIMIT, *CORNERS, "--table", "limit.doc"], 2, "'limit.doc'; give a file that ends in"),
+    "picture": ([*LIMIT, *CORNERS, "--picture", "nowhere/limit.png"], 2, "'nowhere/limit.png' is in no folder"),
     "no store": (["merge", "runs.sqlite", "system.npz"], 4, "is no store"),
 }
 
@@ -136,10 +138,8 @@ def test_errors_are_said_without_a_traceback(arguments, code, message, capsys):
     "arguments",
     [
         [*LIMIT, "--corners", "cyclic"],
-        [*LIMIT, *CORNERS, "--table", "limit.doc"],
-        [*LIMIT, *CORNERS, "--picture", "nowhere/limit.png"],
-        ["study", "study.toml", "--shard", "4/3"],
-        ["study", "study.toml", "--workers", "0"],
+        ["study", "study.toml", "--shard", "three"],
+        ["study", "study.toml", "--workers", "many"],
     ],
 )
 def test_bad_options_are_refused_before_anything_is_computed(arguments, capsys):
@@ -161,6 +161,12 @@ def test_bad_options_are_refused_before_anything_is_computed(arguments, capsys):
 def test_bad_studies_are_refused_by_name(friction, files, message, capsys):
     study_file(friction, files)
     assert main(["study", "study.toml"]) == 2 and message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("option", "message"), [("--shard=4/3", "shard k: 4"), ("--shard=4", "shard: (4,)"), ("--workers=0", "--workers: 0")])
+def test_bad_numbers_of_a_study_are_refused(option, message, capsys):
+    study_file("0.4")
+    assert main(["study", "study.toml", option]) == 2 and message in capsys.readouterr().err and not list(Path.cwd().glob("*.sqlite"))
 
 
 def test_an_interrupt_ends_with_its_code(monkeypatch, capsys):

@@ -70,7 +70,7 @@ def test_an_animation_has_its_pictures(in_space, tmp_path):
             film.seek(number)
             pictures.append(np.asarray(film.convert("RGB"), dtype=int))
     assert all(np.abs(one - other).max() > 50 for one, other in itertools.pairwise(pictures)) and not plt.get_fignums()
-    for path, message in (("cycle.mp4", "ends in .gif"), (3, "ends in .gif"), (tmp_path / "none" / "cycle.gif", "cannot be written")):
+    for path, message in (("cycle.mp4", "ends in .gif"), (3, "ends in .gif"), (tmp_path / "none" / "cycle.gif", "is in no folder")):
         with pytest.raises(fo.ModelError, match=message):
             states.animate(path, frames=2)
 

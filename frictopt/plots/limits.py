@@ -49,7 +49,8 @@ def _onset(onset: Onset, ax: Axes | None = None) -> Axes:
         slips[first.node] = True
         return ratio_map(axes, onset.system, q, p, onset.friction, names[first.corner], circled=slips, why="node that slips first")
     corners = list(nodes)
-    circles = {corners.index(corner): (nodes[corner], onset.slips[corner].sense, _ONE_NODE) for corner in (first.corner, *corners)}
+    shown = corners if len(corners) <= len(SERIES) else [first.corner]
+    circles = {corners.index(corner): (nodes[corner], onset.slips[corner].sense, _ONE_NODE) for corner in shown}
     _ratios(axes, onset.system, onset.friction, q[corners], p[corners], [names[corner] for corner in corners], circles, "first node that slips")
     legend(axes)
     return axes

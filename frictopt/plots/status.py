@@ -1,19 +1,17 @@
 """What each node does over a transient: a picture over place and time, and an animation."""
 
-from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.axes import Axes
-from matplotlib.collections import PathCollection
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from ..contact.checks import Array, shown, whole_number
-from ..errors import ModelError
+from ..contact.files import output
 from ..fem.ordering import Integers
 from ..transients import Trajectory
 from .along import label_contacts, parts
@@ -52,32 +50,26 @@ def node_status(states: Trajectory, ax: Axes | None = None) -> Axes:
 
 def animate(states: Trajectory, path: object, frames: int) -> None:
     """Write the animation of a transient, see `Trajectory.animate`."""
-    file = Path(path) if isinstance(path, str | Path) else None
-    if file is None or file.suffix.lower() != ".gif":
-        raise ModelError(f"path: {shown(path)}; give the name of a file that ends in .gif")
+    file = output(path if isinstance(path, str | Path) else shown(path), ".gif")
     times = np.linspace(max(states.time[0], 0.0), states.time[-1], whole_number("frames", frames, least=2, most=_MOST_FRAMES))
     rows = np.clip(np.searchsorted(states.time, times, side="right") - 1, 0, len(states.time) - 2)
     status = states.status[rows if states.engine == "path" else rows + 1]
     step = states.time[rows + 1] - states.time[rows]
     share = np.divide(times - states.time[rows], step, out=np.zeros(len(times)), where=step > 0)
-    q, p = (_between(getattr(states, name), rows, share) for name in ("q", "p"))
-    loads = _between(states.amplitudes, rows, share)
-    titles = [_title(time, dict(zip(states.system.bonded, row, strict=True))) for time, row in zip(times, loads, strict=True)]
+    q, p, loads = (_between(getattr(states, name), rows, share) for name in ("q", "p", "amplitudes"))
     with screen():
         axes = one_axes(None, states.system.tangents)
-        marks, move = (_film_plane if states.system.tangents == 1 else _film_face)(axes, states, q, p)
-        name_units(axes, states.system.units)
 
         def draw(frame: int) -> None:
-            move(frame)
-            marks.set_facecolor([_COLOURS[_CODES.index(code)] for code in status[frame].tolist()])
-            axes.set_title(titles[frame])
+            axes.clear()
+            colours = [_COLOURS[_CODES.index(code)] for code in status[frame].tolist()]
+            (_shear_along if states.system.tangents == 1 else _shear_on_face)(axes, states, q, p, frame, colours)
+            named = ", ".join(equals(*load) for load in zip(states.system.bonded, loads[frame].tolist(), strict=True) if np.isfinite(load[1]))
+            axes.set_title(f"{times[frame]:.2f} corners visited{': ' * bool(named)}{named}")
+            name_units(axes, states.system.units)
 
         try:
-            film = FuncAnimation(axes.figure, draw, frames=len(titles), cache_frame_data=False)  # type: ignore[arg-type]
-            film.save(file, writer=PillowWriter(fps=_PER_SECOND))
-        except OSError as error:
-            raise ModelError(f"path: {str(file)!r} cannot be written ({error}); give a file in a folder that exists") from error
+            FuncAnimation(axes.figure, draw, frames=len(times), cache_frame_data=False).save(file, writer=PillowWriter(fps=_PER_SECOND))  # type: ignore[arg-type]
         finally:
             plt.close(axes.figure)
 
@@ -88,46 +80,33 @@ def _between(values: Array, rows: Integers, share: Array) -> Array:
     return np.asarray((1 - part) * values[rows] + part * values[rows + 1])
 
 
-def _title(time: float, loads: Mapping[str, float]) -> str:
-    named = ", ".join(equals(name, value) for name, value in loads.items() if np.isfinite(value))
-    return f"{time:.2f} corners visited" + (f": {named}" if named else "")
-
-
 def _patches(tangents: int, status: NDArray[np.int8]) -> list[Patch]:
     words = ("stick", "slip +", "slip -", "open") if tangents == 1 else ("stick", "slip", "", "open")
     found = [number for number, code in enumerate(_CODES) if (status == code).any()]
     return [Patch(facecolor=_COLOURS[number], edgecolor=GREY, label=words[number]) for number in found]
 
 
-def _film_plane(axes: Axes, states: Trajectory, q: Array, p: Array) -> tuple[PathCollection, Callable[[int], None]]:
+def _shear_along(axes: Axes, states: Trajectory, q: Array, p: Array, frame: int, colours: list[str]) -> None:
     """Shear within the bounds of friction, a mark for each node."""
     system = states.system
     width = np.ones(system.nodes) if system.width is None else system.width
-    shear, bound = q / width, states.friction * p / width
-    upper, lower = (axes.plot(system.x, sign * bound[0], color=GREY, lw=0.8, label=name)[0] for sign, name in ((1, r"$\pm f p$"), (-1, None)))
-    (line,) = axes.plot(system.x, shear[0], color=BLACK, lw=0.8, label="$q$")
-    marks = axes.scatter(system.x, shear[0], edgecolors=GREY, linewidths=0.4, s=22, zorder=3)
+    shear, bound = q[frame] / width, states.friction * p / width
+    for sign, name in ((1, r"$\pm f p$"), (-1, None)):
+        axes.plot(system.x, sign * bound[frame], color=GREY, lw=0.8, label=name)
+    axes.plot(system.x, shear, color=BLACK, lw=0.8, label="$q$")
+    axes.scatter(system.x, shear, c=colours, edgecolors=GREY, linewidths=0.4, s=22, zorder=3)
     largest = 1.05 * float(np.quantile(np.abs(bound).max(axis=0), 0.95) or 1.0)  # at sharp corners tractions grow without end
     axes.set(ylim=(-largest, largest), ylabel="shear force (force per depth)" if system.width is None else "shear traction (force per area)")
     label_contacts(axes, system)
     axes.legend(handles=[*axes.get_legend_handles_labels()[0], *_patches(1, states.status)], loc="upper left", bbox_to_anchor=(1.0, 1.02))
 
-    def move(frame: int) -> None:
-        line.set_ydata(shear[frame])
-        upper.set_ydata(bound[frame])
-        lower.set_ydata(-bound[frame])
-        marks.set_offsets(np.column_stack([system.x, shear[frame]]))
 
-    return marks, move
-
-
-def _film_face(axes: Axes, states: Trajectory, q: Array, _p: Array) -> tuple[PathCollection, Callable[[int], None]]:
+def _shear_on_face(axes: Axes, states: Trajectory, q: Array, _p: Array, frame: int, colours: list[str]) -> None:
     """The face seen along its normal: a mark for each node, its shear as an arrow."""
     places, labels, _ = places_of(states.system)
     longest = float(np.linalg.norm(q, axis=-1).max() or 1.0)
-    marks = axes.scatter(places[:, 0], places[:, 1], edgecolors=GREY, linewidths=0.4, s=60)
-    arrows = axes.quiver(*places.T, *q[0].T, angles="xy", scale_units="width", scale=longest / 0.12, width=0.005, zorder=3)
+    axes.scatter(places[:, 0], places[:, 1], c=colours, edgecolors=GREY, linewidths=0.4, s=60)
+    axes.quiver(*places.T, *q[frame].T, angles="xy", scale_units="width", scale=longest / 0.12, width=0.005, zorder=3)
     axes.set(xlabel=f"{labels[0]} (length)", ylabel=f"{labels[1]} (length)", aspect="equal")
     axes.margins(0.1)
     axes.legend(handles=_patches(2, states.status), loc="upper left", bbox_to_anchor=(1.0, 1.02), title="arrows: shear")
-    return marks, lambda frame: arrows.set_UVC(*q[frame].T)
