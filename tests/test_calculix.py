@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from calculix import Block, Glued, chained, equation, lines, needs_ccx, node_set, run
+from calculix import Block, Glued, chained, displacements, equation, lines, needs_ccx, node_set, run
 from frictopt.contact.parts import joined
 
 pytestmark = needs_ccx
@@ -252,3 +252,29 @@ def test_a_force_by_its_sum_is_the_traction_over_the_area(tmp_path):
     job = fo.read_calculix(run(tmp_path, space()[2])[0])
     assert np.allclose(job.force("TOP", total=[0.0, 0.0, -12.0]), job.force("TOP", traction=[0.0, 0.0, -2.0]), atol=1e-14)
     assert np.allclose(job.force("TOP", pressure=2.0), job.force("TOP", traction=[0.0, 0.0, -2.0]), atol=1e-14)
+
+
+@pytest.mark.parametrize("rigid", ["", "2000, 1.5, 1.0, 3.0\n2001, 0.0, 0.0, 0.0\n"])
+def test_bricks_with_incompatible_modes_are_stiff_as_in_a_static_step(tmp_path, rigid):
+    """CalculiX gives each brick three nodes that are not in the deck: the displacement of glued bodies under our forces is its own under its own."""
+    blocks, pairs, deck = space()
+    deck = deck.replace("C3D8", "C3D8I").replace("*ELEMENT", f"{rigid}*ELEMENT", 1)
+    deck += "*RIGID BODY, NSET=TOP, REF NODE=2000, ROT NODE=2001\n" if rigid else ""
+    job = fo.read_calculix(run(tmp_path, deck)[0])
+    assert len(job.generalised) == 9 * sum(len(block.elements) for block in blocks) + 3 * bool(rigid)
+    system, _ = condensed(job)
+    ties = "".join(equation((a, k, 1.0), (b, k, -1.0)) for a, b in pairs for k in (1, 2, 3))
+    for name, traction in (("P", [0.0, 0.0, -1.0]), ("Q", [1.0, 0.0, 0.0])):
+        forces = [(n, k, float(f)) for n, k, f in on_top(blocks, 2, traction) if f]
+        moved = displacements(tmp_path, deck + ties, "*CLOAD\n" + "".join(f"{n}, {k}, {f!r}\n" for n, k, f in forces))
+        work = sum(f * moved[n][k - 1] for n, k, f in forces)
+        case = list(system.bonded).index(name)
+        assert system.compliance[case, case] == pytest.approx(work, rel=1e-5)  # CalculiX prints seven digits
+
+
+def test_a_shell_beside_solids_is_refused_by_name(tmp_path):
+    (upper, _), _, deck = space()
+    corners = [int(n) for n in upper.on(2, 2)[[0, 1, 5, 4]]]
+    deck += f"*ELEMENT, TYPE=S4, ELSET=SKIN\n9000, {', '.join(map(str, corners))}\n*SHELL SECTION, ELSET=SKIN, MATERIAL=UP\n0.1\n"
+    with pytest.raises(fo.ModelError, match="shells"):
+        condensed(fo.read_calculix(run(tmp_path, deck)[0]))

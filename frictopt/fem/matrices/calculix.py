@@ -18,8 +18,8 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     """Read what CalculiX writes for a step of `*FREQUENCY, SOLVER=MATRIXSTORAGE`: `NAME.sti`, `NAME.mas`, `NAME.dof` and the deck `NAME.inp`.
 
     CalculiX writes one triangle of each matrix, without the displacements that `*BOUNDARY` holds or that follow others by a constraint, and no
-    loads: `MatrixJob.force` makes them, and knows the constraints. Rotations of a `*RIGID BODY` are generalised coordinates.
-    Stiffness and mass of a plane job are divided by the thickness of its section. The contact itself must not be in the deck: each body
+    loads: `MatrixJob.force` makes them, and knows the constraints. Rotations of a `*RIGID BODY` and the incompatible modes of C3D8I are generalised
+    coordinates. Stiffness and mass of a plane job are divided by the thickness of its section. The contact itself must not be in the deck: each body
     keeps its own nodes there.
 
     Parameters

@@ -15,7 +15,10 @@ def checked_labels(values: ArrayLike) -> Integers:
     if not displaced(labels).any():
         raise ModelError("labels: none is that of a displacement, a node and direction 1, 2 or 3; without any there is no contact")
     if len(np.unique(labels, axis=0)) != len(labels):
-        raise ModelError(f"labels: {len(labels) - len(np.unique(labels, axis=0))} labels are given twice; let the code write the matrix again")
+        raise ModelError(
+            f"labels: {len(labels) - len(np.unique(labels, axis=0))} labels are given twice; let the code write the matrix again, of solids alone: "
+            "CalculiX gives nodes of shells, beams and trusses several rows"
+        )
     return whole(labels)
 
 
@@ -33,7 +36,9 @@ def rows_of_nodes(labels: Integers, deck: Deck) -> Integers:
         Displacements of nodes that are not in the deck.
     """
     if len(lost := np.setdiff1d(labels[displaced(labels), 0], deck.numbers)):
-        raise ModelError(f"deck: node {lost[0]} of the matrix is not in it; give the deck of the same job")
+        raise ModelError(
+            f"deck: node {lost[0]} of the matrix is not in it; give the deck of the same job, of solids alone: codes make nodes for shells and beams"
+        )
     rows = np.flatnonzero(np.isin(labels[:, 0], deck.numbers) & (labels[:, 1] >= 1) & (labels[:, 1] <= 6))
     order = np.argsort(deck.numbers)
     node = order[np.searchsorted(deck.numbers, labels[rows, 0], sorter=order)]

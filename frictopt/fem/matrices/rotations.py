@@ -1,4 +1,4 @@
-"""Rigid parts of a job of CalculiX: displacements of a node of their own are their rotations."""
+"""Nodes that CalculiX makes: their displacements are rotations of rigid parts, or modes within elements."""
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -12,6 +12,8 @@ from .deck import Deck
 def with_rotations(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[Integers, Flags]:
     """(n, 2) labels in which rotations of rigid parts are directions 4 to 6 of the reference, and (n,) which rows something resists.
 
+    Incompatible modes of an element, C3D8I, are displacements of three nodes that are not in the deck; labels have these with a minus.
+
     Raises
     ------
     ModelError
@@ -22,7 +24,7 @@ def with_rotations(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[Integer
     made = np.setdiff1d(labels[:, 0], deck.numbers)
     if unnamed > 1 or (unnamed and len(made) > 1):
         raise ModelError(
-            f"deck: {unnamed} rigid parts name no ROT NODE, and the matrix has the nodes {made.tolist()} that are not in the deck; name a ROT "
+            f"deck: {unnamed} rigid parts name no ROT NODE, and the matrix has {len(made)} nodes that are not in the deck; name a ROT "
             "NODE in each *RIGID BODY, and use *RIGID BODY in place of *COUPLING"
         )
     for reference, rotation in constraints.rigid:
@@ -34,4 +36,6 @@ def with_rotations(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[Integer
             raise ModelError(
                 f"deck: the nodes that follow REF NODE {deck.numbers[reference]} do not determine its rotation; hold it, or give nodes off a line"
             )
+    if any(kind.startswith("C3D8I") for kind, _, _ in deck.elements):
+        labels[np.isin(labels[:, 0], made), 0] *= -1
     return labels, felt
