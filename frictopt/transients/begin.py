@@ -213,12 +213,11 @@ def scales(S: Array, mean: Array, corners: Array, n: int) -> Scales:
     shape, p = (len(S) // n, n), mean[-n:]
     largest, stiffness = np.abs(corners).reshape(-1, *shape).max(axis=(0, 1)), np.diag(S).reshape(shape).mean(axis=0)
     least = NO_DRIVE * max(float(np.abs(p).mean()), float(largest.max())) or 1.0
-    linked = (S.reshape(shape * 2) != 0).any(axis=(0, 2))
-    number, part = 1, np.zeros(n)
-    if not linked[0].all():
+    links, number, part = S.reshape(shape * 2), 1, np.zeros(n)
+    if not links[:, 0].any(axis=(0, 1)).all():
         from scipy.sparse.csgraph import connected_components  # here, for a contact in one piece needs none
 
-        number, part = connected_components(linked, directed=False)
+        number, part = connected_components((links != 0).any(axis=(0, 2)), directed=False)
     found = Scales(np.empty(n), np.empty(n), np.empty(n))
     for k in range(number):
         block = part == k

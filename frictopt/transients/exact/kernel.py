@@ -15,6 +15,7 @@ closes. Then new statuses are found. The file has five parts:
 # imported from another file, an edit there would not take effect. For the same reason nothing is imported from the package.
 
 import sys
+from functools import cache
 from multiprocessing import parent_process
 from threading import Timer
 from typing import NamedTuple
@@ -315,10 +316,13 @@ def solve_rates(S, active, state):
         total = 0.0
         for b in range(n):
             total -= active.inverse[a, b] * right[b]
-        unknown = active.unknown[a]
-        u_rate[unknown] = total
+        u_rate[active.unknown[a]] = total
+    for a in range(0, n, 4):  # four at once, so that `r_rate` is read and written a fourth as often
+        b, c, d = min(a + 1, n - 1), min(a + 2, n - 1), min(a + 3, n - 1)
+        i, j, g, h = active.unknown[a], active.unknown[b], active.unknown[c], active.unknown[d]
+        x, y, z, w = u_rate[i], u_rate[j] * (b > a), u_rate[g] * (c > b), u_rate[h] * (d > c)
         for k in range(2 * nodes):
-            r_rate[k] += total * S[unknown, k]
+            r_rate[k] += x * S[i, k] + y * S[j, k] + z * S[g, k] + w * S[h, k]
 
 
 # --- 2. Statuses that agree with their rates ---------------------------------------------------------------------------------
@@ -910,10 +914,9 @@ def new_state(u: np.ndarray, r: np.ndarray, gap: np.ndarray) -> State:
     return State(u, r, gap, status, work, slid, np.zeros(1), u_rate, r_rate, load_rate, wanted, counted, near, trace)
 
 
+@cache
 def compiled() -> None:
     """Compile what every path needs, or load it from disk; prints a notice on stderr if this takes longer than a second, but not in a worker."""
-    if follow.signatures:
-        return
     text = "frictopt: compiling the exact path; this takes some seconds, and only once where its machine code can be kept"
     notice = Timer(1.0, print, (text,), {"file": sys.stderr, "flush": True})
     notice.daemon = True

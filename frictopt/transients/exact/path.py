@@ -1,5 +1,7 @@
 """The exact path of one transient, from corner to corner of the load cycle."""
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -136,13 +138,13 @@ class ExactPath(Transient):
         state = self.state
         state.work[:] = state.supplied[:] = state.slid[:] = 0.0  # else a small work is lost to rounding next to that of a far start
         state.trace[1] = 0
-        before, stops = state.u.copy(), []
+        before, stress, stops = state.u.copy(), state.r - self.bonded, []
         for number in self.turns * count:
             self.follow_to(*self.legs[number])
             stops.append((self.bonded, state.u.copy(), state.r.copy(), float(state.work.sum())))
         (bonded, u, r), works = (np.array(values) for values in zip(*(stop[:3] for stop in stops), strict=True)), [stop[3] for stop in stops]
         work, ends = state.work.copy(), (before / self.unit, u[-1] / self.unit)
-        stress = self._S @ ((before + u[-1]) / 2)
+        stress = (stress + r[-1] - bonded[-1]) / 2
         lost = abs(float(state.supplied[0] - work.sum() - stress @ (u[-1] - before)))
         scale = max(self.largest * self.length, float(work.sum()), float(np.abs(stress) @ np.abs(before)), np.finfo(float).tiny)
         return Cycle(
@@ -150,7 +152,7 @@ class ExactPath(Transient):
             change=float(np.abs(ends[1] - ends[0]).max()),
             work=work,
             slid=state.slid.copy(),
-            works=np.diff([0.0, *works[len(self.turns) - 1 :: len(self.turns)]]).tolist(),
+            works=[after - before for before, after in pairwise([0.0, *works[len(self.turns) - 1 :: len(self.turns)]])],
             events=int(state.trace[1]),
             bonded=bonded,
             u=u,
