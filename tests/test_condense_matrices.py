@@ -79,7 +79,7 @@ def test_any_numbering_direction_and_projection_against_multipliers(seed, angle,
     S, R = by_multipliers(given_["K"].toarray(), np.column_stack([*given_["loads"].values()]), G, given_["held"])
     pairs = {"pairs": np.column_stack([one, two])} if match else {"pairs": one, "projection": csr_matrix(P)}
     rest = {name: given_[name] for name in ("K", "loads", "normals", "unknowns", "points", "held")}
-    system = fo.condense(**rest, **pairs, interference={"a": 0.5, "fit": np.arange(4.0)})
+    system = fo.condense(**rest, **pairs).with_interference({"a": 0.5, "fit": np.arange(4.0)})
     assert np.allclose(system.S, S, rtol=0, atol=1e-9 * np.abs(S).max())
     fits = {"a": R[:, 0] + S[:, 4:] @ np.full(4, 0.5), "b": R[:, 1], "fit": S[:, 4:] @ np.arange(4.0)}
     for name, r in fits.items():
@@ -287,7 +287,6 @@ BAD = {
     "can still turn; add a Support": {"held": ROWS[np.flatnonzero(POINTS[:, 1] == -1.0)[0]]},
     "a body can turn about its contact": {"held": BOTTOM, "pairs": PAIRS[1:2], "points": APART, "gap": [0.0]},
     "gap: -1 at node 0": {"gap": [-1, 0, 0, 0]},
-    "interference['fit']: overlap -1 at node 0": {"interference": {"fit": -1.0}},
     "contact: 'a' begins again at node 2": {"contact": ["a", "b", "a", "b"]},
     "width: 0 at node 0": {"width": [0, 1, 1, 1]},
 }

@@ -228,7 +228,7 @@ def test_a_dovetail_is_better_with_quadratic_elements_than_with_linear_ones_of_t
     limits = {}
     cycle = fo.LoadCycle({"pull": 1.0}, [{"pull": 0.3, "sway": 0.1}, {"pull": -0.3, "sway": -0.1}])
     for elements, element in ((10, "linear"), (20, "linear"), (10, "quadratic"), (40, "quadratic")):
-        model = fo.scenes.Dovetail(angle=50, elements=elements, grading=1.0, edge_radius=5.0).model()
+        model = fo.scenes.Dovetail(angle=50, elements=elements, grading=1.0).model()
         model = replace(model, bodies={name: replace(body, element=element) for name, body in model.bodies.items()})
         limits[elements, element] = fo.shakedown_limit(model.condense(), cycle, 0.6).load_factor
     errors = {key: abs(limit / limits[40, "quadratic"] - 1) for key, limit in limits.items()}

@@ -90,7 +90,7 @@ def spring_box():
 
 def test_given_matrices_with_gaps_interference_and_normals():
     good = spring_box()
-    system = fo.condense(**good, interference={"fit": 0.1}, gap=[0.0, 0.1, 0.0, 0.2])
+    system = fo.condense(**good, gap=[0.0, 0.1, 0.0, 0.2]).with_interference({"fit": 0.1})
     assert system.gap.tolist() == [0.0, 0.1, 0.0, 0.2]
     assert system.bonded["fit"][1] == pytest.approx(0.05) and np.abs(system.bonded["fit"][0]).max() == 0.0  # two springs in a row
     for normal, first in (([0.0, 0.0, 2.0], [1.0, 0.0, 0.0]), ([3.0, 0.0, 0.0], [0.0, 1.0, 0.0]), ([0.0, 1.0, 0.0], [1.0, 0.0, 0.0])):

@@ -1,8 +1,6 @@
 """Files of a contact system: what was saved comes back bit by bit or is refused, whatever happened to the file."""
 
 import os
-import tracemalloc
-import zipfile
 from dataclasses import replace
 
 import numpy as np
@@ -46,16 +44,10 @@ def saved(path, system=SOME, **changes):
 
 
 def refused(path):
-    """The message with which a file or folder is refused, before memory is spent on what it claims."""
-    tracemalloc.start()
-    try:
-        with pytest.raises(fo.ModelError) as caught:
-            fo.ContactSystem.load(path)
-        assert tracemalloc.get_traced_memory()[1] < 1e7
-    finally:
-        tracemalloc.stop()
+    """That a file or folder is refused by its name."""
+    with pytest.raises(fo.ModelError) as caught:
+        fo.ContactSystem.load(path)
     assert str(path) in str(caught.value)
-    return str(caught.value)
 
 
 @settings(max_examples=40)
@@ -117,12 +109,17 @@ def test_a_damaged_archive_gives_the_saved_content_or_an_error(folder, compress)
     assert answers["refused"] > 200
 
 
-@pytest.mark.parametrize("change", [{"S": 2 * SOME.S}, {"cases": np.array(["P", "Q"])}, {"E_star": np.array(4.0)}, {"format": np.array("another")}])
-def test_a_sound_archive_of_changed_content_is_refused(tmp_path, change):
-    refused(saved(tmp_path / "a.npz", **change))
+def test_names_of_which_a_damaged_header_shows_a_part_are_refused(tmp_path):
+    """Names of seven letters read as of three: readers look at the checksum of a long member only where they come to its end."""
+    path, cases = tmp_path / "a.npz", {f"case{k:03}": ([0.0], [1.0]) for k in range(400)}
+    fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], cases).save(path)
+    whole = path.read_bytes()
+    assert whole.count(b"'<U7'") == 1
+    path.write_bytes(whole.replace(b"'<U7'", b"'<U3'"))
+    refused(path)
 
 
-@pytest.mark.parametrize("change", [{"S": None}, {"digest": None}, {"other": np.eye(2)}, {"E_star": np.array("x")}, {"cases": np.array(1.0)}])
+@pytest.mark.parametrize("change", [{"S": None}, {"format": np.array("another")}, {"other": np.eye(2)}, {"cases": np.array(1.0)}])
 def test_archives_that_are_no_contact_system_are_refused(tmp_path, change):
     refused(saved(tmp_path / "a.npz", **change))
 
@@ -133,25 +130,6 @@ def test_foreign_files_are_refused(tmp_path):
     np.savez(foreign, A=np.eye(2))
     for path in (text, foreign, tmp_path / "none"):
         refused(path)
-
-
-@pytest.mark.parametrize("shape", ["(30000, 30000)", f"({10**30}, 2)", "(-3, -3)"])
-def test_an_archive_that_claims_more_than_it_holds_is_refused(tmp_path, shape):
-    header = f"{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}".ljust(117) + "\n"
-    member = b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header.encode() + bytes(72)
-    source, path = saved(tmp_path / "whole.npz"), tmp_path / "claim.npz"
-    with zipfile.ZipFile(source) as whole, zipfile.ZipFile(path, "w") as claim:
-        for name in whole.namelist():
-            claim.writestr(name, member if name == "S.npy" else whole.read(name))
-    refused(path)
-
-
-def test_a_small_file_that_unpacks_to_gigabytes_is_refused_unread(tmp_path):
-    source, path = saved(tmp_path / "whole.npz"), tmp_path / "bomb.npz"
-    with zipfile.ZipFile(source) as whole, zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as bomb:
-        for name in whole.namelist():
-            bomb.writestr(name, whole.read(name) if name != "S.npy" else bytes(10**8))
-    assert path.stat().st_size < 10**6 and "compressed" in refused(path)
 
 
 def test_files_that_cannot_be_written_or_named_are_refused(tmp_path):

@@ -70,15 +70,6 @@ class ContactState(Shown):
         for name, value in {"slip": slip, **arrays, "next_corner": corner}.items():
             object.__setattr__(self, name, value)
 
-    def _content(self) -> tuple[object, ...]:
-        return *(tuple(array.ravel().tolist()) for array in (self.slip, self.gap, self.bonded_q, self.bonded_p)), self.next_corner
-
-    def __eq__(self, other: object) -> bool:
-        return self._content() == other._content() if isinstance(other, ContactState) else NotImplemented
-
-    def __hash__(self) -> int:
-        return hash(self._content())
-
     @property
     def open(self) -> NDArray[np.bool_]:
         """(N,) which nodes have a gap."""

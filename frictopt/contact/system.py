@@ -348,9 +348,10 @@ class ContactSystem(Shown, Plotted):
         return replace(self, bonded={**self.bonded, **known}, compliance=None)
 
     def with_interference(self, cases: Mapping[str, ArrayLike]) -> Self:
-        """Copy with load cases that are interferences, name -> overlap of the unassembled bodies, >= 0, one number or (N,), length.
+        """Copy with interferences, load case name -> overlap of the unassembled bodies, >= 0, one number or (N,), length.
 
-        An amplitude of such a case multiplies the overlap. Its bonded reactions are those of a gap of minus the overlap, `(B^T d, C d)`.
+        An amplitude of the load case multiplies the overlap. Its bonded reactions are those of a gap of minus the overlap, `(B^T d, C d)`; they add
+        to those that the system has of that name.
 
         Raises
         ------
@@ -365,12 +366,10 @@ class ContactSystem(Shown, Plotted):
         [0.2]
         """
         overlaps = checked_overlaps("cases", cases, self.nodes)
-        names, n = list({**self.bonded, **overlaps}), len(self.bonded)
-        given = {name: k for k, name in enumerate(self.bonded) if name not in overlaps}
-        of = [given.get(name, n) for name in names]  # n: nothing but its overlap
-        L = np.zeros((n, n)) if self.compliance is None else self.compliance
+        names, k = list({**self.bonded, **overlaps}), len(self.bonded)
+        more, L = (0, len(names) - k), np.zeros((k, k)) if self.compliance is None else self.compliance
         D = np.column_stack([overlaps.get(name, np.zeros(self.nodes)) for name in names])
-        R, L = overlapping(self.S, np.pad(self._reactions, ((0, 0), (0, 1)))[:, of], np.pad(L, (0, 1))[np.ix_(of, of)], D)
+        R, L = overlapping(self.S, np.pad(self._reactions, ((0, 0), more)), np.pad(L, more), D)
         return replace(self, bonded=dict(zip(names, R.T, strict=True)), compliance=None if self.compliance is None else L)
 
     def with_gap(self, gap: Any) -> Self:
@@ -418,7 +417,7 @@ class ContactSystem(Shown, Plotted):
         return replace(self, S=S, bonded=dict(zip(self.bonded, R.T, strict=True)), compliance=L)
 
     def save(self, path: str | Path) -> None:
-        """Write the system to a file as an npz archive of plain arrays (no pickle, not compressed) with a digest of its content.
+        """Write the system to a file as an npz archive of plain arrays (no pickle).
 
         Raises
         ------

@@ -10,8 +10,7 @@ from scipy.sparse import block_array, csr_matrix, hstack, identity
 from scipy.sparse.csgraph import connected_components
 
 from ..contact import ContactSystem
-from ..contact.checks import Array, checked_contact, checked_overlaps, finite_array, place
-from ..contact.stiffness import overlapping
+from ..contact.checks import Array, checked_contact, finite_array, place
 from ..contact.tolerances import EQUILIBRIUM
 from ..errors import ModelError
 from .frames import check_course, check_sides, frames_of, half_widths
@@ -46,7 +45,6 @@ def condense(
     generalised: ArrayLike = (),
     projection: object = None,
     gap: ArrayLike | None = None,
-    interference: Mapping[str, ArrayLike] | None = None,
     contact: ArrayLike | None = None,
     width: ArrayLike | None = None,
     E_star: float | None = None,
@@ -62,7 +60,7 @@ def condense(
     K
         (n, n) sparse symmetric stiffness, force per length; in the plane also per depth, as all forces.
     loads
-        Load case name -> (n,) nodal forces on the unknowns under the unit load; may be empty if there is an interference.
+        Load case name -> (n,) nodal forces on the unknowns under the unit load. `ContactSystem.with_interference` adds interferences.
     pairs
         (N, 2) nodes of body 1 and body 2; in the plane ordered along each contact in the direction of the tangent, one contact after the other: body
         1 is on the left of the way. With a `projection`: (N,) nodes of body 1. Of quadratic faces corner nodes alone, which those amid edges follow:
@@ -87,8 +85,6 @@ def condense(
     gap
         None: the nodes of a pair coincide. "measured": their distance along the normal is the initial gap. (N,) values >= 0: the gap, whatever the
         coordinates say.
-    interference
-        Load case name -> overlap of the bodies before assembly, >= 0, one number or (N,), length. It adds to the loads of that name, if any.
     contact
         (N,) names of the contact that each pair belongs to; None: one contact, "contact".
     width
@@ -144,7 +140,6 @@ def condense(
     frames = frames_of(checked_normals(normals, x.shape))
     apart = checked_gap(gap, x, x - P @ where, frames[:, -1], same_point(where))
     F = checked_forces(loads, K.shape[0])
-    overlaps = checked_overlaps("interference", {} if interference is None else interference, n)
     if d == 2:
         check_course(x, frames, names)
         width = half_widths(x, names) if width is None else width
@@ -152,7 +147,7 @@ def condense(
     check_forgotten(graph, interface, rows, where)
     check_sides(graph, interface, where, names)
     _, body = connected_components(graph, directed=False)
-    S, bonded, L = condensed(K, F, overlaps, interface, rows, where, graph, lambda node: f"node {node} of body {body[node]}", others)
+    S, bonded, L = condensed(K, F, interface, rows, where, graph, lambda node: f"node {node} of body {body[node]}", others)
     known: dict[str, Any] = {"gap": apart, "frames": frames, "contact": np.array(names), "width": width, "E_star": E_star, "units": units}
     return ContactSystem(S, x, bonded, compliance=L, **known)
 
@@ -160,7 +155,6 @@ def condense(
 def condensed(
     K: csr_matrix,
     loads: Mapping[str, Array],
-    overlaps: Mapping[str, Array],
     interface: Interface,
     unknowns: Integers,
     points: Array,
@@ -174,8 +168,8 @@ def condensed(
     ----------
     K
         Stiffness of the bodies.
-    loads, overlaps
-        Load case name -> nodal forces, and load case name -> (N,) interference.
+    loads
+        Load case name -> nodal forces.
     interface
         Pairs and directions, in as many dimensions as the points have.
     unknowns, points
@@ -208,11 +202,7 @@ def condensed(
             f"stiffness: bodies 1 are so much stiffer than bodies 2 that the stiffness of the contact has an error of {rounding:.1e}; "
             "exchange the bodies, or bring their stiffness closer together"
         )
-    cases = [*loads, *(name for name in overlaps if name not in loads)]
-    more, none = (0, len(cases) - len(loads)), np.zeros(len(interface.nodes))
-    D = np.reshape([overlaps.get(name, none) for name in cases], (-1, len(none))).T
-    R, L = overlapping(S, np.pad(R, ((0, 0), more)), np.pad(-left[k:, k:], more), D)
-    return S, dict(zip(cases, R.T, strict=True)), L
+    return S, dict(zip(loads, R.T, strict=True)), -left[k:, k:]
 
 
 def fronts(

@@ -147,8 +147,7 @@ class ContactModel(Shown, Viewed):
         force, moved, _ = (np.column_stack(columns) for columns in zip(*self._cases.values(), strict=True))
         pulls, drawn = R.T @ force, K @ moved
         F = dict(zip(self._cases, (pulls - drawn).T, strict=True))
-        overlaps = {name: overlap for name, (_, _, overlap) in self._cases.items() if overlap.any()}
-        S, bonded, L = condensed(K, F, overlaps, interface, parts.free_rows, parts.points, node_graph(K, parts.free_rows), parts.called)
+        S, bonded, L = condensed(K, F, interface, parts.free_rows, parts.points, node_graph(K, parts.free_rows), parts.called)
         L += pulls.T @ moved + moved.T @ (pulls - drawn) + force.T @ (D @ force)  # of moved supports, and of bolts that are cut
         stress = self.kinematics == "plane_stress"
         moduli = {name: body.material.E if stress else body.material.plane_modulus for name, body in self.bodies.items()}
@@ -157,6 +156,8 @@ class ContactModel(Shown, Viewed):
         rigid = ContactSystem(
             S, points, bonded, gap=parts.gap, frames=interface.frames, contact=contact, width=parts.width, E_star=E, compliance=L, units=self.units
         )
+        if overlaps := {name: overlap for name, (_, _, overlap) in self._cases.items() if overlap.any()}:
+            rigid = rigid.with_interference(overlaps)
         tangential, normal = self._springs
         return rigid.with_contact_stiffness(tangential=tangential, normal=normal)
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from skfem import MeshQuad
 
-from ..contact import ContactSystem
 from ..contact.checks import Array
 from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
@@ -151,21 +150,19 @@ class Dovetail(Scene):
         return np.maximum(y - self._half_height, 0.0) / self.lug_height, np.maximum(-y - self._half_height, 0.0) / below
 
     def model(self) -> ContactModel:
-        """The two meshes with contacts, supports and load cases; the rounded ends are not in it, for they are a gap."""
+        """The two meshes with contacts, supports and load cases; rounded ends are an initial gap."""
+        gap = self._rounded if self.edge_radius else None
         return ContactModel(
             bodies={"blade": self._blade(), "disc": self._disc()},
-            contacts=[Contact("blade", "disc", name, name) for name in ("right", "left")],
+            contacts=[Contact("blade", "disc", name, name, gap=gap) for name in ("right", "left")],
             supports=[Support("disc", "bottom")],
             loads={"pull": [Traction("blade", "top", y=1.0)], "sway": [Traction("blade", "top", x=1.0)]},
         )
 
-    def condense(self) -> ContactSystem:
-        """Mesh, assemble and condense to the two flanks."""
-        system = self.model().condense()
-        if self.edge_radius == 0:
-            return system
-        rounded = np.maximum(np.abs(self._along) - (self.flank_length / 2 - self.edge_length), 0.0)
-        return system.with_gap(np.tile(rounded**2 / (2 * self.edge_radius), 2))
+    def _rounded(self, _: Array, y: Array) -> Array:
+        """The gap at rounded ends of the flanks."""
+        beyond = np.maximum(np.abs(y / self._direction[1]) - (self.flank_length / 2 - self.edge_length), 0.0)
+        return np.asarray(beyond**2 / (2 * self.edge_radius))
 
     def _blade(self) -> Body:
         """Body 1, with the boundaries "right", "left" and "top"."""
