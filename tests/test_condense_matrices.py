@@ -281,7 +281,7 @@ BAD = {
     "projection: shape (2, 24), type float64; give a real matrix of shape (4, 24)": {"pairs": PAIRS[:, 0], "projection": np.ones((2, 24))},
     "projection: row 0 adds up to 24": {"pairs": PAIRS[:, 0], "projection": np.ones((4, 24))},
     f"of pair 0, of node {PAIRS[0, 0]} of body 1, follows from those of other pairs or from supports": {
-        "held": np.r_[GOOD["held"], ROWS[PAIRS[0], 0]]
+        "held": np.r_[GOOD["held"], ROWS[PAIRS[0], 1]]
     },
     "can still move along x and y and turn; add a Support (or rows in `held`)": {"held": []},
     "can still turn; add a Support": {"held": ROWS[np.flatnonzero(POINTS[:, 1] == -1.0)[0]]},

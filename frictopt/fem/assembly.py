@@ -16,8 +16,8 @@ from .contacts import Contact, Interference, Joint, joined
 from .corners import shares
 from .elasticity import Kinematics, body_stiffness
 from .forms import values_at
-from .frames import frames_of
-from .given import held_nodes, same_point
+from .frames import frames_of, guided
+from .given import same_point
 from .interface import Interface, openings
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
 from .midside import midside_ties
@@ -168,7 +168,8 @@ class Assembly:
         others[links.row[lie]] = links.col[lie]
         kept, means = shares(contacts, number, ones, others, self.points[ones], widths, near)
         opening = csr_matrix(means @ openings(ones, projection))
-        self.interface = Interface(ones[kept], opening, frames_of(normals[kept]), held_nodes(self.free_rows))
+        normals, stopped = guided(opening, self.free_rows, normals[kept])
+        self.interface = Interface(ones[kept], opening, frames_of(normals), stopped)
         self.sides = identity(len(self.points), format="csr")[ones[kept]], projection[kept]
         self.contact, self.gap, self.width = number[kept], np.asarray(means @ gap), np.asarray((means > 0) @ widths)
 
@@ -217,7 +218,13 @@ class Assembly:
                 forces[first : first + body.mesh.p.size] += part._forces(body, self.kinematics).ravel()
         if moved.any():
             following, _, Q = self.interface.followers
-            moved[self.rows[following]] = Q @ moved[self.rows]
+            rows, follow = self.rows[following], Q @ moved[self.rows]
+            if (off := given[rows] & (moved[rows] != follow)).any():
+                i = int(off.any(axis=1).argmax())
+                raise ModelError(
+                    f"{argument}: a displacement moves both bodies at {place(self.points[following[i]])}, in different ways; give one to both"
+                )
+            moved[rows] = follow
         return self.tied.T @ forces, moved, np.array(list(amounts.values()))[self.contact]
 
     def _move(self, argument: str, part: Displacement, moved: Array, given: Array) -> None:

@@ -13,7 +13,7 @@ from ..contact import ContactSystem
 from ..contact.checks import Array, checked_contact, finite_array, place
 from ..contact.tolerances import EQUILIBRIUM
 from ..errors import ModelError
-from .frames import check_course, check_sides, frames_of, half_widths
+from .frames import check_course, check_sides, frames_of, guided, half_widths
 from .given import (
     check_forgotten,
     checked_forces,
@@ -22,7 +22,6 @@ from .given import (
     checked_pairs,
     checked_rows,
     checked_stiffness,
-    held_nodes,
     same_point,
 )
 from .interface import Interface, openings
@@ -75,7 +74,8 @@ def condense(
     points
         (nodes, d) coordinates, length; d = 2 in the plane, 3 in space.
     held
-        Rows of K whose displacements are zero.
+        Rows of K whose displacements are zero. A pair both nodes of which are held along the same axes, on a plane of symmetry, does not slip along
+        them, and has its normal in that plane.
     generalised
         Rows of K that are no displacement of a node: rotations, and modal and other generalised coordinates of a reduced model. They are free, and
         eliminated with the nodes; their loads count.
@@ -137,13 +137,15 @@ def condense(
     nodes, P = checked_pairs(pairs, projection, rows, where)
     n, x = len(nodes), where[nodes]
     names = checked_contact("contact", ["contact"] * n if contact is None else contact, n).tolist()
-    frames = frames_of(checked_normals(normals, x.shape))
+    opening = openings(nodes, P)
+    directions, stopped = guided(opening, rows, checked_normals(normals, x.shape))
+    frames = frames_of(directions)
     apart = checked_gap(gap, x, x - P @ where, frames[:, -1], same_point(where))
     F = checked_forces(loads, K.shape[0])
     if d == 2:
         check_course(x, frames, names)
         width = half_widths(x, names) if width is None else width
-    interface, graph = Interface(nodes, openings(nodes, P), frames, held_nodes(rows)), node_graph(K, rows, others)
+    interface, graph = Interface(nodes, opening, frames, stopped), node_graph(K, rows, others)
     check_forgotten(graph, interface, rows, where)
     check_sides(graph, interface, where, names)
     _, body = connected_components(graph, directed=False)
@@ -202,6 +204,10 @@ def condensed(
             f"stiffness: bodies 1 are so much stiffer than bodies 2 that the stiffness of the contact has an error of {rounding:.1e}; "
             "exchange the bodies, or bring their stiffness closer together"
         )
+    still = np.flatnonzero(
+        np.asarray(abs(T).sum(axis=0)).ravel()[front < 0] == 0
+    )  # across planes of symmetry: any stiffness does, with no force there is no slip
+    S[still, still] = np.diag(S).sum() / max(k - len(still), 1)
     return S, dict(zip(loads, R.T, strict=True)), -left[k:, k:]
 
 

@@ -10,8 +10,10 @@ from ..contact.course import runs
 from ..contact.tolerances import CONDENSATION
 from ..errors import ModelError
 from .interface import Interface
+from .ordering import Integers
 
 _ASIDE = 1e3 * CONDENSATION  # share of its distance by which the neighbourhood of a node may lie on the wrong side: rounding of the coordinates
+_LIES = 0.5  # least share of a normal in a plane of symmetry: it may lean by half the angle of an edge beside it
 _ALONG = 0.9  # share of x in a normal from which on the first tangent is taken from y
 
 
@@ -31,6 +33,21 @@ def frames_of(normals: Array) -> Array:
     first = axis - np.sum(axis * n, axis=1)[:, None] * n
     first = first / np.linalg.norm(first, axis=1)[:, None]
     return np.stack([first, np.cross(n, first), n], axis=1)
+
+
+def guided(opening: csr_matrix, unknowns: Integers, normals: Array) -> tuple[Array, Integers]:
+    """(N, d) normals of the pairs `sum_j M_ij u_j`, and the nodes that supports keep from following others.
+
+    On a plane of symmetry, and on the axis of axisymmetric bodies, supports hold all nodes of a pair alike: it cannot slip across the plane. Its
+    normal, of facets on one side alone, lies in the plane, and its nodes may follow others as they do elsewhere.
+    """
+    held, sizes = unknowns < 0, np.diff(opening.indptr)[:, None]
+    counts = (opening != 0) @ held.astype(np.intp)
+    within = np.where(counts > 0, 0.0, normals)
+    lies = np.linalg.norm(within, axis=1) > _LIES * np.linalg.norm(normals, axis=1)
+    alike = ((counts == 0) | (counts == sizes)).all(axis=1) & lies
+    others = np.isin(np.arange(len(unknowns)), opening[~alike].indices)
+    return np.where(alike[:, None], within, normals), np.flatnonzero(held.any(axis=1) & others)
 
 
 def check_course(points: Array, frames: Array, names: Sequence[str]) -> None:

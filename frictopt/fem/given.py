@@ -92,11 +92,6 @@ def checked_pairs(pairs: ArrayLike, projection: object, rows: Integers, points: 
     return nodes, P
 
 
-def held_nodes(rows: Integers) -> Integers:
-    """Nodes of which a displacement is held."""
-    return np.flatnonzero((rows < 0).any(axis=1))
-
-
 def same_point(points: Array) -> float:
     """Distance up to which two nodes coincide."""
     return SAME_POINT * float(np.ptp(points, axis=0).max())

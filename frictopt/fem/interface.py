@@ -28,7 +28,7 @@ class Interface:
     frames
         (N, d, d) orthonormal directions: `frames[i, r]` is direction r at pair i, the tangents first, the normal last.
     held
-        Nodes of which a displacement is held at zero.
+        Nodes that supports keep from following others.
     """
 
     nodes: Integers
@@ -84,8 +84,8 @@ class Interface:
             i = int(rows[stuck.argmax()])
             raise ModelError(
                 f"pairs: the relative motion of pair {i}, of node {self.nodes[i]} of body 1, follows from those of other pairs or from supports; "
-                "leave it out if its nodes are in other pairs, else hold the bodies elsewhere; where the contact ends on a plane of symmetry, model "
-                "both halves, and where it ends on the axis of axisymmetric bodies, give them a narrow bore"
+                "leave it out if its nodes are in other pairs, else hold the bodies elsewhere; on a plane of symmetry, or on the axis of "
+                "axisymmetric bodies, let the nodes of both match"
             )
         return np.asarray(columns[qr(part, mode="r", pivoting=True)[1][: len(rows)]])
 
@@ -120,7 +120,8 @@ class Interface:
                 moves = others + direction * len(following) + drives.col
                 entries.append((unknowns[following[drives.row], axis], moves, drives.data * self.frames[drives.col, direction, axis]))
         row, column, value = (np.concatenate(parts) for parts in zip(*entries, strict=True))
-        return csr_matrix((value, (row, column)), shape=(size, others + self.kept))
+        moves = row >= 0
+        return csr_matrix((value[moves], (row[moves], column[moves])), shape=(size, others + self.kept))
 
     def relative(self, u: csr_matrix, unknowns: Integers) -> Array:
         """(d N, k) relative motions, direction by direction, of displacements u (size, k)."""

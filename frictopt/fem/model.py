@@ -43,7 +43,8 @@ class ContactModel(Shown, Viewed):
     bodies
         Name -> body.
     supports
-        Supports. With the contacts glued, they must prevent all rigid motions; a body that other bodies hold may be free.
+        Supports. With the contacts glued, they must prevent all rigid motions; a body that other bodies hold may be free. Of symmetric bodies a half
+        does, held across the plane of symmetry: nodes of a contact there, as on the axis of axisymmetric bodies, do not slip across it.
     loads
         Load case name -> its loads: Traction, Pressure, BodyForce, Centrifugal, Expansion, Displacement, Interference, BoltPreload.
     contacts
@@ -51,8 +52,8 @@ class ContactModel(Shown, Viewed):
         belongs to as many contacts as faces end there. Where its motion in the last of them follows from the others, the next node stands for both.
     kinematics
         Of plane meshes "plane_strain" (None says so too), "plane_stress", or "axisymmetric": x is then the radius and x = 0 the axis, and stiffness,
-        forces and widths (which are areas) are those of the whole circumference. Nothing twists or bends: slips are along the meridian. A contact
-        does not reach the axis, where nothing slips: give the bodies a narrow bore. Of meshes in space "space" (or None).
+        forces and widths (which are areas) are those of the whole circumference. Nothing twists or bends: slips are along the meridian. Of
+        meshes in space "space" (or None).
     units
         Names of the units of force and length, such as "N, mm", for pictures and tables, see `ContactSystem`.
 

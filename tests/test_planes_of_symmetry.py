@@ -1,0 +1,78 @@
+"""Models of a half or a quarter, which supports hold on their planes of symmetry, against the whole; and bodies that meet on their axis."""
+
+import numpy as np
+import pytest
+from skfem import MeshHex, MeshQuad
+
+import frictopt as fo
+
+CYCLE = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}])
+STIFF = fo.Material(E=3.0)
+
+
+def half_of(line):
+    return line[line >= 0]
+
+
+def punch(scene, cut):
+    """The model of a scene, of which planes x = 0 and, for 2, y = 0 cut away all but a half or a quarter."""
+    kind = MeshHex if len(scene._grids[0]) == 3 else MeshQuad
+    lines = [[half_of(line) if axis < cut else line for axis, line in enumerate(grid)] for grid in scene._grids]
+    height, depth, wide = scene._grids[0][-1][-1], scene._grids[1][-1][0], scene._grids[1][0][-1]
+    planes = {f"plane {axis}": lambda x, axis=axis: x[axis] == 0 for axis in range(cut)}
+    upper = kind.init_tensor(*lines[0]).with_boundaries({"contact": lambda x: x[-1] == 0, "top": lambda x: x[-1] == height} | planes)
+    faces = {"contact": lambda x: (x[-1] == 0) & (np.abs(x[:-1]) < 1).all(axis=0), "bottom": lambda x: x[-1] == depth}
+    sides = {"right": lambda x: x[0] == wide} | ({} if cut else {"left": lambda x: x[0] == -wide})
+    lower = kind.init_tensor(*lines[1]).with_boundaries(faces | sides | planes)
+    held = [fo.Support(body, f"plane {axis}", "xy"[axis]) for body in ("punch", "block") for axis in range(cut)]
+    pulls = [fo.Traction("block", side, x=1.0 if side == "right" else -1.0) for side in sides]
+    down = fo.Pressure("punch", "top", 1.0)
+    return fo.ContactModel(
+        {"punch": fo.Body(upper, STIFF), "block": fo.Body(lower)}, [*held, fo.Support("block", "bottom")], {"P": [down], "sigma": pulls}
+    )
+
+
+PLANE = fo.scenes.PunchOnHalfPlane(elements=12, growth=1.7, block_half_width=4.0, block_depth=4.0)
+SPACE = fo.scenes.SquarePunch(elements=4, growth=2.5)
+
+
+@pytest.mark.parametrize(("scene", "cut"), [(PLANE, 1), (SPACE, 1), (SPACE, 2)])
+@pytest.mark.parametrize("friction", [0.4, 0.7])
+def test_a_part_is_as_good_as_the_whole(scene, cut, friction):
+    part, whole = (punch(scene, number).condense() for number in (cut, 0))
+    middle = np.isclose(part.points[:, 0], 0.0)
+    assert middle.any() and all(np.abs(q.reshape(part.nodes, -1)[middle, 0]).max() < 1e-15 for q, _ in part.bonded.values())
+    assert np.diag(part.S).min() > 0
+    limit, other = (fo.shakedown_limit(system, CYCLE, friction) for system in (part, whole))
+    assert limit.load_factor == pytest.approx(other.load_factor, rel=1e-8)
+    steady, all_of_it = (fo.steady_state(system, CYCLE, friction, load_factor=1.5 * other.load_factor) for system in (part, whole))
+    assert 2**cut * steady.dissipation == pytest.approx(all_of_it.dissipation, rel=1e-6)
+    assert not steady.slip.reshape(part.nodes, -1)[middle, 0].any()
+
+
+def test_on_a_plane_of_symmetry_the_normal_lies_in_it():
+    """A half disc in a half hole: at both ends of its arc the normal of the last chord leans."""
+    angles, radii = np.linspace(-np.pi / 2, np.pi / 2, 13), np.linspace(0.0, 1.0, 4)
+
+    def arc(inner, outer, boundaries):
+        mesh = MeshQuad.init_tensor(angles, inner + (outer - inner) * radii)
+        mesh = MeshQuad(np.array([np.cos(mesh.p[0]) * mesh.p[1], np.sin(mesh.p[0]) * mesh.p[1]]), mesh.t)
+        rims = {name: lambda x, r=r: np.abs(np.hypot(*x) - r) < 0.02 for name, r in boundaries.items()}
+        return mesh.with_boundaries({**rims, "middle": lambda x: np.abs(x[0]) < 1e-9})
+
+    bodies = {"pin": fo.Body(arc(0.3, 1.0, {"ring": 1.0})), "plate": fo.Body(arc(1.0, 3.0, {"ring": 1.0, "rim": 3.0}))}
+    supports = [fo.Support("pin", "middle", "x"), fo.Support("plate", "middle", "x"), fo.Support("plate", (0.0, -3.0), "y")]
+    contact = fo.Contact("pin", "plate", "ring", "ring")
+    system = fo.ContactModel(bodies, supports, {"fit": [fo.Interference("ring", 0.01)]}, [contact]).condense()
+    assert np.allclose(np.abs(system.normals[[0, -1]]), [[0.0, 1.0]] * 2, rtol=0, atol=1e-15)
+    assert np.ptp(system.bonded["fit"][1] / system.width) < 1e-2 * np.ptp(system.bonded["fit"][1])
+
+
+def test_a_pair_that_is_moved_apart_is_no_plane_of_symmetry():
+    model = punch(PLANE, 1)
+    moved = [fo.Displacement("punch", "plane 0", x=0.1)]
+    with pytest.raises(fo.ModelError, match=r"loads\['apart'\]: a displacement moves both bodies at \(0, 0\)"):
+        fo.ContactModel(model.bodies, model.supports, {**model.loads, "apart": moved})
+    both = [*moved, fo.Displacement("block", "plane 0", x=0.1)]
+    system = fo.ContactModel(model.bodies, model.supports, {**model.loads, "both": both}).condense()
+    assert system.bonded["both"][0][0] == 0.0
