@@ -6,7 +6,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.contact.parts import joined
-from spatial import strip
+from spatial import thick
 from systems import CYCLE, FIRST_PAIR, mirrored, system
 
 PAPER = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
@@ -122,9 +122,9 @@ def test_a_steady_state_outside_its_bounds_is_refused():
         replace(steady, friction=np.full(2, 0.5)).states()
 
 
-def test_the_table_of_a_strip_in_plane_strain_is_that_of_the_plane_contact():
+def test_the_table_of_a_thick_contact_is_that_of_the_plane_one():
     """By increments in both, and by the exact path of the plane within the error of the increments."""
-    flat, solid = (replace(contact, width=np.linspace(0.1, 0.3, flat.nodes)) for flat in [strip(0.7)[0]] for contact in strip(0.7))
+    flat, solid = (replace(contact, width=np.linspace(0.1, 0.3, flat.nodes)) for flat in [thick(0.7)[0]] for contact in thick(0.7))
     loads = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
     at = 1.15 * fo.shakedown_limit(flat, loads, 0.4).load_factor
     exact, plane, space = (fo.steady_state(contact, loads, 0.4, at, steps=steps) for contact, steps in ((flat, None), (flat, 16), (solid, 16)))
@@ -165,7 +165,7 @@ def test_in_space_the_plane_of_swt_is_across_the_largest_slip(angle):
 
 
 def test_in_space_stress_along_one_tangent_is_not_enough():
-    contact = strip(0.7)[1]
+    contact = thick(0.7)[1]
     steady = fo.steady_state(contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), 0.4, 1e-3, steps=1)
     with pytest.raises(fo.ModelError, match="stress: shape"):
         steady.fretting_table(stress=np.ones((2, contact.nodes)), strain=np.ones((2, contact.nodes)))

@@ -14,10 +14,11 @@ from systems import explained
 
 
 @pytest.mark.parametrize("solver", LP_SOLVERS)
-def test_each_solver_alone_is_named(punch, paper_cycle, solver):
-    limit = fo.guaranteed_limit(punch(16), paper_cycle, 0.5, solver=solver)
+@pytest.mark.parametrize("ask", [fo.shakedown_limit, fo.guaranteed_limit])
+def test_each_solver_alone_is_named(punch, paper_cycle, ask, solver):
+    limit = ask(punch(16), paper_cycle, 0.5, solver=solver)
     assert limit.record.solver == solver and {attempt.solver for attempt in limit.record.attempts} == {solver}
-    assert limit.load_factor == pytest.approx(fo.guaranteed_limit(punch(16), paper_cycle, 0.5).load_factor, rel=1e-8)
+    assert limit.load_factor == pytest.approx(ask(punch(16), paper_cycle, 0.5).load_factor, rel=1e-8)
 
 
 def test_a_wrong_answer_is_refined_and_a_false_denial_not_believed(punch, paper_cycle, monkeypatch):

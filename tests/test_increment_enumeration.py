@@ -54,16 +54,6 @@ def test_exactly_one_state_is_found_by_all_engines_below_the_critical_friction()
     assert failed <= 2
 
 
-def test_status_follows_the_state():
-    for contact, friction, slip, load in cases(1, 20, 0.6):
-        found = ExactIncrement(contact, friction).solve(slip, load)
-        moved = np.sign(np.round(found.slip - slip, 12))
-        assert ((found.status == 2) == (found.p < 1e-9)).all()
-        closed = found.status != 2
-        assert (moved[closed & (friction > 0)] == found.status[closed & (friction > 0)]).all()
-        assert found.status.dtype == np.int8
-
-
 def test_the_program_decides_and_not_the_guess(monkeypatch):
     """With the worst of guesses for a start, the same states."""
 

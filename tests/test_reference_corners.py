@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from frictopt.errors import ModelError
 from frictopt.reference import bonded_corner, sliding_corner_exponent
 
 HALF_ANGLE, INTERFACE = 3 * np.pi / 4, np.pi / 4
@@ -46,13 +45,6 @@ def sliding_matrix(exponent, ratio, kolosov=1.8):
 
 def cartesian(function, x, y):
     return function(np.hypot(x, y), np.arctan2(y, x))
-
-
-def test_bonded_corner_instances():
-    even, odd = bonded_corner()
-    assert (even.exponent, odd.exponent) == pytest.approx((0.544483736782, 0.908529189847), rel=1e-9)
-    assert (abs(even.traction_ratio), abs(odd.traction_ratio)) == pytest.approx((0.543075578737, 0.218923236249), rel=1e-9)
-    assert (even.symmetric, odd.symmetric) == (True, False)
 
 
 @MODES
@@ -99,11 +91,6 @@ def test_bonded_exponents_and_ratios_agree_with_complex_potentials():
         assert mode.traction_ratio == pytest.approx(s_rt / s_tt, rel=1e-9)
 
 
-@pytest.mark.parametrize(("f", "exponent"), [(0, 0.7740131116), (0.3, 0.6379871879), (0.5, 0.5603889193), (0.7, 0.4882464857)])
-def test_sliding_corner_instances(f, exponent):
-    assert sliding_corner_exponent(f) == pytest.approx(exponent, abs=6e-11)
-
-
 @pytest.mark.parametrize(
     ("f", "slip"), [(0, "outward"), (0.2, "outward"), (0.7, "outward"), (1.9, "outward"), (0, "inward"), (0.1, "inward"), (0.3, "inward")]
 )
@@ -119,24 +106,3 @@ def test_sliding_exponent_is_the_leading_root_of_the_eight_conditions(f, slip):
 def test_friction_beyond_which_no_mode_is_singular():
     assert 0 < sliding_corner_exponent(3 * np.pi / 4 - 1 / np.pi - 1e-6) < 1e-5
     assert 1 - 1e-5 < sliding_corner_exponent(1 / np.pi - 1e-6, slip="inward") < 1
-
-
-@pytest.mark.parametrize(
-    ("arguments", "complaint"),
-    [
-        ({"f": 2.1}, "f: 2.1 .*outward slip; give friction below 2.03788"),
-        ({"f": 0.4, "slip": "inward"}, "f: 0.4 .*inward slip; give friction below 0.31831"),
-        ({"f": 0.4, "slip": "sideways"}, "slip: 'sideways'; give 'outward' or 'inward'"),
-    ],
-)
-def test_sliding_corner_refuses(arguments, complaint):
-    with pytest.raises(ModelError, match=complaint):
-        sliding_corner_exponent(**arguments)
-
-
-@MODES
-def test_bonded_modes_refuse(mode):
-    with pytest.raises(ModelError, match="r: 0; give distances above 0"):
-        mode.stress([1.0, 0.0], 0.0)
-    with pytest.raises(ModelError, match="theta: value nan"):
-        mode.airy(1.0, np.nan)

@@ -8,7 +8,6 @@ from frictopt.reference import single_node_dissipation, single_node_limit
 from marching import last_cycle
 
 FIRST = {"A": 2.0, "B": 0.5, "q0": 0.1, "p0": 1.0, "q1": 1.0, "p1": 0.2, "f": 0.4}
-SECOND = {"A": 1.0, "B": 0.0, "q0": 0.0, "p0": 1.0, "q1": 1.0, "p1": 0.0, "f": 0.5}
 ORDER = ("A", "B", "q0", "p0", "q1", "p1", "f")
 
 
@@ -36,13 +35,6 @@ def between(node, share):
     """Load factor between the limit and lift-off, at a share of the way of at most three limits."""
     limit = single_node_limit(**node)
     return limit + share * (min(3 * limit, lift_off(node)) - limit)
-
-
-def test_single_node_instances():
-    limit = single_node_limit(**FIRST)
-    works = [single_node_dissipation(**FIRST, load_factor=factor * limit) for factor in (1.2, 1.5)]
-    assert works == pytest.approx([0.061945108310, 0.154843877083], rel=1e-9)
-    assert [single_node_dissipation(**SECOND, load_factor=lam) for lam in (0.6, 0.75)] == pytest.approx([0.2, 0.5], rel=1e-12)
 
 
 def test_single_node_dissipation_is_what_marches_converge_to_from_every_start():
@@ -82,15 +74,6 @@ def test_a_node_dissipates_nothing_up_to_its_limit_and_starts_from_zero():
         assert more == pytest.approx(2 * little, rel=1e-4)
 
 
-def test_a_safe_start_never_slips_below_the_limit_and_every_start_slips_above():
-    A, B, q0, p0, q1, p1, f = as_tuple(FIRST)
-    limit = single_node_limit(**FIRST)
-    safe = -(q0 + f * p0 - limit * abs(q1 + f * p1)) / (A + f * B)  # where the bounds meet at the limit
-    below = last_cycle(as_tuple(FIRST), 0.999 * limit, [[safe]], cycles=3)
-    assert below.work == 0 and below.slip[0, 0] == safe
-    assert last_cycle(as_tuple(FIRST), 1.001 * limit, [[safe], [-2.0], [0.0], [2.0]], cycles=3).work.min() > 1e-6
-
-
 def test_lift_off_ends_the_closed_form_where_a_march_in_full_contact_runs_out_of_pressure():
     for node in random_nodes(np.random.default_rng(4), 20):
         lift = lift_off(node)
@@ -114,19 +97,3 @@ def test_a_node_between_slip_and_lift_off_never_dissipates():
     node = {"A": 1.0, "B": 0.0, "q0": 0.0, "p0": 1.0, "q1": 0.5, "p1": 1.0, "f": 0.5}  # |q1| = f |p1|
     assert single_node_limit(**node) == lift_off(node) == 1
     assert single_node_dissipation(**node, load_factor=1.0) == single_node_dissipation(**node, load_factor=1 + 1e-14) == 0
-
-
-# Name: (what is replaced by which function of the node, factor of the load factor, factor of the work).
-
-
-@pytest.mark.parametrize(
-    ("change", "complaint"),
-    [
-        ({"f": 4.0}, r"f: 4 .*critical friction A/\|B\| = 4.*less friction"),
-        ({"load_factor": -0.1}, "load_factor: -0.1"),
-        ({"p0": -1.0}, "p0: -1; the mean load lifts the node off, give more pressure"),
-    ],
-)
-def test_single_node_dissipation_refuses(change, complaint):
-    with pytest.raises(ModelError, match=complaint):
-        single_node_dissipation(**(FIRST | {"load_factor": 0.5} | change))

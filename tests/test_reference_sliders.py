@@ -4,14 +4,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.errors import ModelError
 from frictopt.reference import foundation_rod, masing_dissipation, rod_dissipation, rod_end_displacement, single_node_dissipation
 from marching import increment, last_cycle, statuses
-
-
-def test_masing_instance():
-    assert masing_dissipation([1, 2, 4], [0.5, 0.6, 0.4], 0.5) == pytest.approx(1.12, rel=1e-12)
-    assert masing_dissipation(2, 0.6, 0.3) == 0  # reaches its bound and goes no further
 
 
 def test_masing_dissipation_equals_a_march_and_the_sum_of_single_nodes():
@@ -40,15 +34,6 @@ def increment_at_full_load(system, q, p, f, slip):
     return increment(system.A, system.B, friction, q, p, slip, statuses(system.A, system.B, friction))
 
 
-@pytest.mark.parametrize(("n", "work", "end"), [(2, 4, 1), (4, 40, 6)])
-def test_rod_instances(n, work, end):
-    assert rod_dissipation(n, 1, 1, 1) == pytest.approx(work, rel=1e-12)
-    assert rod_end_displacement(n, 1, 1, 1) == pytest.approx(end, rel=1e-12)
-    march, pulled = rod_march(n, 1, 1, 1, n + 1)
-    assert march.work == pytest.approx([work], rel=1e-12)
-    assert pulled[0, 0] == pytest.approx(end, rel=1e-12)
-
-
 @pytest.mark.parametrize("n", [0.7, 1.0, 2.4, 3.0, 3.9])
 def test_rod_closed_forms_equal_a_march_for_any_number_of_nodes(n):
     EA, tau, h = 2.0, 0.7, 0.4
@@ -70,18 +55,3 @@ def test_rod_approaches_the_continuum_at_first_and_second_order():
     works = [1 - rod_dissipation(F0, EA, tau, F0 / (tau * k)) / rod_dissipation(F0, EA, tau) for k in n]
     assert ends == pytest.approx(1 / n, rel=1e-9)
     assert works == pytest.approx(1 / n**2, rel=1e-8)
-
-
-@pytest.mark.parametrize(
-    ("call", "complaint"),
-    [
-        (lambda: masing_dissipation([1, 0], 1, 1), "k: 0; give positive stiffnesses"),
-        (lambda: masing_dissipation([1, 2], [0.1, -0.2], 1), "bound: -0.2; give friction bounds of at least 0"),
-        (lambda: masing_dissipation([1, 2], [1, 2, 3], 1), r"k: shape \(2,\); give one number, or one for each of the 3 nodes"),
-        (lambda: rod_dissipation(-1, 1, 1, 1), "F0: -1"),
-        (lambda: foundation_rod(0, 1, 1), "nodes: 0"),
-    ],
-)
-def test_sliders_refuse(call, complaint):
-    with pytest.raises(ModelError, match=complaint):
-        call()

@@ -130,16 +130,3 @@ def test_the_motion_of_a_contact_without_a_safe_slip_is_driven_by_the_mean_load_
     assert np.abs(pulled.A @ d.T.ravel() + pulled.B.T @ lift).max() < 1e-7
     q0, p0 = pulled.reaction({"mean": 1.0})
     assert np.sum(d * q0) + lift @ p0 < 0
-
-
-def test_a_limit_without_end_has_no_motion():
-    node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "X": [1, 0, 0]})
-    limit = fo.shakedown_limit(node, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}]), 0.5)
-    assert limit.kind is fo.LimitKind.UNBOUNDED and limit.mechanism.empty
-
-
-def test_a_mean_load_whose_shear_hides_its_pressure_is_refused_by_name():
-    node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0.06, 0.08, 1e-9], "X": [1, 0, 0]})
-    for ask in (fo.shakedown_limit, lambda *args: fo.safe_slip(*args, 1.0)):
-        with pytest.raises(fo.ModelError, match=r"mean: its shear force at node 0 is 1.0e\+08 times the mean normal force 1e-09"):
-            ask(node, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}]), 0.5)

@@ -145,14 +145,6 @@ def test_random_slips_are_smooth_and_rough_without_a_slide():
         assert (np.abs(np.diff(field, axis=0)).mean() < 0.9 * np.abs(start.slip).mean()) == (start.family == "smooth")
 
 
-def test_a_study_in_space_takes_random_starts():
-    contact, loads = random_contact(np.random.default_rng(5), 2), cycle(2)
-    limit = fo.shakedown_limit(contact, loads, 0.5).load_factor
-    starts = fo.starts.random_slips(contact, [0.1], 1)
-    table = fo.dissipation_study(contact, loads, 0.5, [1.4 * limit], starts, progress=False)
-    assert table["outcome"].tolist() == ["CYCLIC_SLIP"] * 2 and not table["error"].any()
-
-
 def test_no_cycle_in_space_slips_less_than_is_proven():
     """The states at the corners of cycles from random starts, against the weighted sum, and against the least sum of slips."""
     found = 0

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from spatial import random_contact, single, strip
+from spatial import random_contact, single
 
 
 def random_increment(rng, most_friction=1.0):
@@ -54,18 +54,6 @@ def test_one_node_slips_straight_against_the_load(angle, size, f):
     found = fo.increments.NewtonIncrement(node, f).solve([[0.0, 0.0]], (size * direction[None], [1.0]))
     assert np.allclose(found.slip, -max(size - f, 0.0) * direction, atol=1e-12)
     assert np.allclose(found.q, min(size, f) * direction, atol=1e-12)
-
-
-def test_a_strip_in_plane_strain_moves_as_the_plane_contact():
-    flat, solid = strip(0.7)
-    rng = np.random.default_rng(6)
-    plane, space = fo.increments.ExactIncrement(flat, 0.4), fo.increments.NewtonIncrement(solid, 0.4)
-    for _ in range(4):
-        loads = {"P": 1.0, "Q": rng.uniform(-0.35, 0.35)}
-        slip = 0.05 * rng.normal(size=flat.nodes)
-        one, other = plane.solve(slip, flat.reaction(loads)), space.solve(np.column_stack([slip, 0 * slip]), solid.reaction(loads))
-        assert np.allclose(other.slip[:, 0], one.slip, rtol=1e-9, atol=1e-9) and np.abs(other.slip[:, 1]).max() < 1e-12
-        assert np.allclose(other.gap, one.gap, rtol=1e-9, atol=1e-9) and np.allclose(other.p / 0.7, one.p, rtol=1e-9, atol=1e-9)
 
 
 def test_a_contact_that_nothing_holds_down_has_no_state():

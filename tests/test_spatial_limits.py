@@ -10,7 +10,7 @@ from scipy.optimize import minimize
 
 import frictopt as fo
 from frictopt.reference import smallest_circle, smallest_circle_limit
-from spatial import cycle, random_contact, single, strip, vectors
+from spatial import cycle, random_contact, single, vectors
 from studies.validation.polygons import polygon_limit
 from systems import explained
 
@@ -43,18 +43,6 @@ def test_the_smallest_circle_is_the_one_that_a_minimiser_finds(seed, count):
     assert np.hypot(*(points - centre).T).max() == pytest.approx(radius, rel=1e-12)
     found = minimize(lambda c: np.hypot(*(points - c).T).max(), points.mean(axis=0), method="Nelder-Mead", options={"xatol": 1e-10, "fatol": 1e-12})
     assert radius <= found.fun * (1 + 1e-12) and found.fun == pytest.approx(radius, rel=1e-3)
-
-
-@pytest.mark.parametrize("f", [0.2, 0.6, 1.2])
-def test_a_strip_in_plane_strain_is_the_plane_contact_of_the_same_mesh(f):
-    flat, solid = strip(0.7)
-    loads = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
-    limit = fo.shakedown_limit(solid, loads, f)
-    assert limit.load_factor == pytest.approx(fo.shakedown_limit(flat, loads, f).load_factor, rel=1e-9)
-    at = 0.7 * limit.load_factor
-    assert fo.safe_slip(solid, loads, f, at).margin == pytest.approx(fo.safe_slip(flat, loads, f, at).margin, rel=1e-8, abs=1e-9)
-    first, plane = fo.onset(solid, loads, f), fo.onset(flat, loads, f)
-    assert [event.load_factor for event in first.slips] == pytest.approx([event.load_factor for event in plane.slips], rel=1e-9)
 
 
 @pytest.mark.parametrize("unit", [1e-12, 1.0, 1e12])

@@ -5,7 +5,6 @@ import pytest
 
 import frictopt as fo
 from frictopt.contact.onset import reach
-from frictopt.contact.parts import joined
 from spatial import cycle, random_contact, single
 
 NODE = single()
@@ -18,17 +17,6 @@ def test_a_file_tells_the_plane_from_space(tmp_path):
     (tmp_path / "space.npz").write_bytes((tmp_path / "space.npz").read_bytes()[:-40])
     with pytest.raises(fo.ModelError, match="not a contact system"):
         fo.ContactSystem.load(tmp_path / "space.npz")
-
-
-def test_reactions_follow_from_loads_gap_and_stiffness():
-    rng = np.random.default_rng(1)
-    system = random_contact(rng, 3).with_gap([0.1, 0.0, 0.3])
-    q, p = system.closed_reaction({"mean": 2.0, "a": -1.0})
-    r = 2 * joined(*system.bonded["mean"]) - joined(*system.bonded["a"]) - system.S @ np.r_[np.zeros(6), system.gap]
-    assert np.allclose(np.r_[q[:, 0], q[:, 1], p], r, atol=1e-14)
-    with pytest.raises(fo.ModelError, match="'z': unknown"):
-        system.reaction({"z": 1.0})
-    assert set(system.with_bonded({"z": np.zeros(9)}).bonded) == {"mean", "a", "b", "c", "z"}
 
 
 STATE = {"v": [[-0.3, 0.0]], "w": [0.0], "q": [[0.5, 0.0]], "p": [1.0]}
@@ -49,13 +37,6 @@ def test_the_referee_sees_each_violation(line, size, change):
     assert fo.reference.referee(NODE, bonded, 0.5, **STATE, previous_slip=[[0.0, 0.0]]).residual < 1e-15
     verdict = fo.reference.referee(NODE, bonded, 0.5, **({"previous_slip": [[0.0, 0.0]]} | STATE | change))
     assert getattr(verdict, line) == pytest.approx(size)
-
-
-def test_the_referee_takes_many_states_at_once():
-    bonded = NODE.reaction({"P": 1.0, "X": 0.8})
-    many = {name: np.array([value, value]) for name, value in STATE.items()}
-    many["q"][1] *= 1.2
-    assert fo.reference.referee(NODE, bonded, 0.5, **many, previous_slip=[[0.0, 0.0]]).bound == pytest.approx(0.1)
 
 
 @pytest.mark.parametrize(("place", "step", "across", "allowed"), [(1e3, 1e-9, 0.0, 1e-12), (1.0, 1e-8, 2e-15, 3e-15), (0.0, 1e-5, 1e-12, 1.1e-12)])
