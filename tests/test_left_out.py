@@ -5,7 +5,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.limits.mechanism import Mechanism
-from frictopt.limits.mirrors import half_of
+from frictopt.limits.mirrors import half_of, on_whole
 from frictopt.limits.question import pose
 from frictopt.transients.exact.path import turning_corners
 from systems import mirrored, odd
@@ -20,11 +20,11 @@ def test_the_half_has_the_stiffness_of_its_motions():
         half, kept = half_of(task), (nodes + 1) // 2
         assert len(half.friction) == kept and half.whole is task
         v = odd(rng, nodes)
-        assert v[:kept] @ half.A @ v[:kept] == pytest.approx(v @ contact.A @ v / 2)
+        assert v[:kept] @ half.AB[:kept] @ v[:kept] == pytest.approx(v @ contact.A @ v / 2)
         q, p = half.change(v[:kept])
         assert q == pytest.approx((contact.A @ v)[:kept]) and p == pytest.approx((contact.B @ v)[:kept])
         still = Mechanism(np.zeros((1, kept)), np.zeros((1, kept)), half.friction)
-        assert half.on_whole(v[:kept], still)[1] == pytest.approx(v)
+        assert on_whole(half, v[:kept], still)[1] == pytest.approx(v)
 
 
 def test_a_corner_on_the_straight_segment_is_no_stop(punch, paper_cycle):

@@ -11,6 +11,7 @@ from ..contact import ContactState, LoadCycle
 from ..contact.answers import Outcome
 from ..contact.checks import LARGEST_SEED, Array, finite_number, frozen, whole_number
 from ..contact.coulomb import lengths
+from ..contact.cycle import reactions
 from ..contact.show import Plotted, Shown
 from ..errors import ModelError, NoContinuation
 from ..limits import GuaranteedLimit, safe_vertices
@@ -179,11 +180,10 @@ def _begin(limit: GuaranteedLimit, load_factor: float, slip: Array) -> dict[str,
     task = limit._task
     if not limit.open.any():
         return {"initial_slip": slip}
-    v, w, q, p, *bonded = (
-        part.mean(axis=0) for part in (*task.states(load_factor, slip), *task.reactions(load_factor, slip), *task.bonded(load_factor))
-    )
+    bonded = reactions(limit.system, limit.cycle.at(load_factor))
+    v, w, q, p, *load = (part.mean(axis=0) for part in (*task.states(load_factor, slip), *task.reactions(load_factor, slip), *bonded))
     held = (lengths(q, p) <= limit.friction * p).all() and (w[limit.open] >= 0).all()  # states are linear in the load
-    return {"initial_state": ContactState(v, w.clip(0.0), *bonded)} if held else {"initial_slip": v}
+    return {"initial_state": ContactState(v, w.clip(0.0), *load)} if held else {"initial_slip": v}
 
 
 def from_its_middle(cycle: LoadCycle, load_factor: float) -> LoadCycle:

@@ -56,7 +56,7 @@ class AdmissibleSlips:
         SolverError
             No solver gave an answer that passes the checks.
         """
-        task = replace(self._task, q0=q[None], p0=p[None], q1=np.zeros_like(q)[None], p1=np.zeros_like(p)[None])
+        task = replace(self._task, q0=q[None], p0=p[None], q1=np.zeros_like(q)[None], p1=np.zeros_like(p)[None], fixed=False)
         self._v.ask(task, 0.0)
         if self.problem is None or task.system.tangents > 1:  # in the plane the loads are parameters
             self.problem = admissible_problem(self._v)

@@ -4,9 +4,13 @@ import numpy as np
 
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import Array, Booleans
+from ..contact.coulomb import lengths
 from ..contact.record import WithSlip
 from ..contact.show import Plotted, components, places
+from ..contact.tolerances import RESIDUAL
 from .question import LimitQuestion
+
+_BARE = 10 * RESIDUAL  # share of the mean friction bound below which a node carries nothing, and its traction ratio is rounding
 
 
 class Answered(WithSlip, Plotted):
@@ -52,16 +56,17 @@ class Answered(WithSlip, Plotted):
     @property
     def state(self) -> ContactState | None:
         """The state at the last corner, from which a transient at this load factor rests where the slip is safe; None where it is not finite."""
-        task = self._task
         if not np.isfinite(self.load_factor) or not np.isfinite(self.slip).all():
             return None
-        (v, w), (q, p) = task.states(self.load_factor, self.slip), task.bonded(self.load_factor)
-        return ContactState(v[-1], w[-1].clip(0.0), q[-1], p[-1], next_loads=self.cycle.corner_names[0])
+        (v, w), bonded = self._task.states(self.load_factor, self.slip), self.system.reaction(self.cycle.at(self.load_factor)[-1])
+        return ContactState(v[-1], w[-1].clip(0.0), *bonded, next_loads=self.cycle.corner_names[0])
 
     @property
     def traction_ratios(self) -> Array:
         """(K, N) ratios `|q| / (f p)` at the corners under the slip; NaN where the pressure or the friction vanishes, or without a slip."""
-        return self._task.traction_ratios(*self.reactions)
+        (q, p), f = self.reactions, self.friction
+        pressed = f * p > _BARE * self._task.mean_bound
+        return np.where(pressed, lengths(q, p) / np.where(pressed, f * p, 1.0), np.nan)
 
     def _places(self) -> dict[str, object]:
         """Columns of a table with one row for each node: node, its place, its slip, and whether it is open where one is."""

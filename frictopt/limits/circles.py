@@ -53,7 +53,7 @@ class Circles(SafeSet):
             rows |= {f"no_shear_{k}": q[first] == 0} if len(first) else {}
             rows |= {f"no_opening_{k}": p >= reserve} if task.opening else {}
         self._circles = ~points
-        return {**rows, **self._apart(load_factor, margin)}
+        return rows if task.lift is None else {**rows, **self._apart(task.lift, load_factor, margin)}
 
     def motion(self) -> tuple[Mechanism, Array]:
         """See `SafeSet.motion`.
@@ -71,7 +71,7 @@ class Circles(SafeSet):
                 opening[k] = np.maximum(rows[f"no_opening_{k}"].dual_value, 0.0)
         force = np.maximum(force, np.linalg.norm(slips, axis=-1))
         lift = (task.friction * force + opening) / unit
-        return Mechanism(slips / unit[:, None], lift, task.friction, self.held, self.pressed), force / unit
+        return Mechanism(slips / unit[:, None], lift, task.friction, *self.held()), force / unit
 
     @property
     def solved_load_factor(self) -> float:
@@ -122,7 +122,7 @@ def helpless(task: LimitQuestion, designed: bool = False) -> tuple[Mechanism, st
 def _unpressed(task: LimitQuestion) -> np.ndarray:
     """(K, N), or (1, N) where nothing is fixed, whether neither the load at load factor 0 nor any slip makes a pressure at the node."""
     tangent, normal = np.split(np.sqrt(task.stiffness), [-len(task.friction)])
-    alone = (np.abs(task.B) <= NO_COUPLING * np.outer(normal, tangent)).all(axis=1)
+    alone = (np.abs(task.AB[len(tangent) :]) <= NO_COUPLING * np.outer(normal, tangent)).all(axis=1)
     return np.asarray(alone & (np.abs(task.p0) <= ROUNDING * task.force))
 
 

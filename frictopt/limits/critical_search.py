@@ -27,6 +27,7 @@ from ..solve.solvers import solve
 from ..solve.standard_form import StandardForm
 from .critical_state import CriticalState
 from .mechanism import Mechanism
+from .mirrors import slip_on_whole
 from .question import LimitQuestion
 from .safe_set import SafeSet
 
@@ -222,7 +223,8 @@ def _claimed(program: SafeSet, state: CriticalState, found: float) -> NodeClaim:
     (q, p), node = task.change(slip), state.node
     off = float(np.abs(np.r_[q[node], p[node]] - state.at_zero - load_factor * state.rate).max()) / task.force
     form = StandardForm(program.problem)
-    residual, least = max(task.violation(load_factor, slip), off, form.gap, program.own.violation), -form.bounds[1] * task.load_unit
+    unsafe, least = (task.whole or task).violation(load_factor, slip_on_whole(task, slip)), -form.bounds[1] * task.load_unit
+    residual = max(unsafe, off, form.gap, program.own.violation)
     if not residual <= RESIDUAL and least > found:
         return NodeClaim(state, least, np.full_like(slip, np.nan), 0.0, how=LEFT_OUT)
     motion = critical_motion(program, state) if load_factor < found else None

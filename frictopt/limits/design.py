@@ -22,7 +22,7 @@ from .circles import carried, helpless
 from .design_loads import PROFILE, DesignLoads, built_in, design_loads
 from .design_result import Design
 from .judge import answered
-from .own_rows import unknown
+from .own_rows import OF_A_MODEL
 from .question import LimitQuestion, pose
 from .safe_model import SafeModel, safe_set
 from .safe_set import SafeSet
@@ -151,12 +151,12 @@ class DesignModel(SafeModel):
     @cached_property
     def preload(self) -> Any:
         """(J,) amplitudes that the design adds to the mean load, in the order of `preloads`, a cvxpy variable; None without."""
-        return unknown("preload", (len(self._design.preloads),)) if self._design.preloads else None
+        return cp.Variable(len(self._design.preloads), name=OF_A_MODEL + "preload") if self._design.preloads else None
 
     @cached_property
     def profile(self) -> Any:
         """(N,) material taken off at the nodes, length, a cvxpy variable; None without."""
-        return unknown("profile", (self._asked.system.nodes,)) if self._shaped else None
+        return cp.Variable(self._asked.system.nodes, name=OF_A_MODEL + "profile") if self._shaped else None
 
     def _meant(self, v: SafeSet) -> dict[cp.Variable, cp.Expression]:
         values, count = self._design.values, len(self._design.preloads)

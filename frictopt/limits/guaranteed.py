@@ -17,7 +17,7 @@ from ..errors import ModelError, SolverError
 from .critical_search import COINCIDE_ALONE, LEFT_OUT, CriticalSearch, NodeClaim
 from .critical_state import critical_states
 from .guaranteed_result import IMAGE, NOT_NEEDED, ONE_CORNER, OPEN, GuaranteedLimit, left_out, reason
-from .mirrors import images_of
+from .mirrors import images_of, on_whole, slip_on_whole
 from .open_nodes import rest_of
 from .question import LimitQuestion
 from .safe_model import SafeModel
@@ -154,11 +154,9 @@ class GuaranteedModel(SafeModel):
             every_least[closed], every_how[closed] = least, how
             least, how = every_least, every_how
             if best is not None:
-                above = None if best.above is None else (best.above[0], frozen(rest.expanded(best.above[1])))
-                motion = rest.on_whole(best.slip, motion)[2]
-                best = replace(
-                    best, state=replace(best.state, node=int(np.flatnonzero(closed)[best.node])), slip=rest.expanded(best.slip), above=above
-                )
+                above = None if best.above is None else (best.above[0], frozen(slip_on_whole(rest, best.above[1])))
+                _, slip, motion = on_whole(rest, best.slip, motion)
+                best = replace(best, state=replace(best.state, node=int(np.flatnonzero(closed)[best.node])), slip=slip, above=above)
         limit = GuaranteedLimit(
             load_factor=shakedown.load_factor if best is None else best.load_factor,
             kind=shakedown.kind if best is None else LimitKind.FINITE,

@@ -4,7 +4,6 @@ import cvxpy as cp
 import numpy as np
 
 from ..contact.checks import Array
-from .design_loads import DesignLoads
 from .mechanism import Mechanism
 from .question import LimitQuestion
 from .safe_set import Rows, SafeSet, ruling
@@ -25,11 +24,6 @@ class Intervals(SafeSet):
     follows from the other two where there is friction, and is left out; for little or none, it stays. A given load factor stands in the loads.
     """
 
-    def __init__(self, task: LimitQuestion, design: DesignLoads | None = None) -> None:
-        super().__init__(task, design)
-        names = "friction", "clearance", *(f"{way}{part}" for way, _ in _ROWS.values() for part in ("", "_mean"))
-        self._set = {name: cp.Parameter(len(task.friction), name=name, nonneg=name in names[:2]) for name in names}
-
     def ask(self, task: LimitQuestion, load_factor: float | None = None) -> None:
         """See `SafeSet.ask`."""
         super().ask(task, load_factor)
@@ -45,11 +39,13 @@ class Intervals(SafeSet):
         idle = len(task.q1) - len(np.union1d(forward, backward))
         self.idle = f"corners: {idle} of {len(task.q1)} rule no node" if idle else ""
         for name, value in {} if task.fixed else self._values.items():
-            self._set[name].value = value
+            if name not in self.parameters:
+                self.parameters[name] = cp.Parameter(len(value), name=name, nonneg=name in ("friction", "clearance"))
+            self.parameters[name].value = value
 
     def stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None = None, spare: cp.Parameter | float = 0.0) -> Rows:
         """See `SafeSet.stuck`."""
-        task, rows, given = self.task, dict[str, cp.Constraint](), self._values if self.task.fixed else self._set
+        task, rows, given = self.task, dict[str, cp.Constraint](), self._values if self.task.fixed else self.parameters
         for name, (way, sense) in _ROWS.items():
             shear, pressure, f, clearance = self.shear, self.pressure, given["friction"], given["clearance"]
             if task.fixed:
@@ -59,7 +55,7 @@ class Intervals(SafeSet):
             load = given[way] if load_factor is None else given[way] * load_factor
             reserve = (0.0 if margin is None else cp.multiply(clearance, margin)) - spare
             rows |= {name: slack >= load + reserve} if sense or task.opening else {}
-        return {**rows, **self._apart(load_factor, margin)}
+        return rows if task.lift is None else {**rows, **self._apart(task.lift, load_factor, margin)}
 
     def motion(self) -> tuple[Mechanism, Array]:
         """See `SafeSet.motion`."""
@@ -69,7 +65,7 @@ class Intervals(SafeSet):
                 motion[at] = np.maximum(self.rows[name].dual_value, 0.0) / self.unit[at[1]]
         forward, backward, opening = motions
         lift = self.task.friction * (forward + backward) + opening
-        return Mechanism(forward - backward, lift, self.task.friction, self.held, self.pressed), forward + backward
+        return Mechanism(forward - backward, lift, self.task.friction, *self.held()), forward + backward
 
     @property
     def narrows(self) -> bool:

@@ -13,6 +13,7 @@ from ..contact.tolerances import FLOOR, RESIDUAL
 from ..solve.standard_form import StandardForm
 from .answered import Answered
 from .mechanism import Mechanism
+from .mirrors import on_whole
 from .safe_set import SafeSet
 from .safe_slip_result import SafeSlip
 from .shakedown_result import ShakedownLimit
@@ -36,7 +37,7 @@ def judged(v: SafeSet, end: End | None = None, *, least: bool = False) -> Shaked
     motion = motion.scaled(sense / drive)
     bound, off = resistance / drive, defect(v, motion, slip)
     gap = (abs(bound - load_factor) + off) / max(load_factor, FLOOR * task.load_unit)
-    task, slip, motion = task.on_whole(slip, motion)
+    task, slip, motion = on_whole(task, slip, motion)
     residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap), nan=np.inf))
     return ShakedownLimit(load_factor, LimitKind.FINITE, slip, float(bound + sense * off), SolveRecord(residual=residual), task, motion)
 
@@ -53,7 +54,7 @@ def defect(v: SafeSet, motion: Mechanism, slip: Array) -> float:
     work = (shear_unit * motion.slips.sum(axis=0).T.ravel()) @ v.to_shear + (v.unit * motion.lift.sum(axis=0)) @ v.to_pressure - held @ v.to_slip
     if task.lift is not None and motion.press is not None:
         work = work + motion.press.sum(axis=0) @ task.lift @ v.to_slip
-    carried = np.abs(task.A[v.loaded] @ slip.T.ravel()) / shear_unit[v.loaded]
+    carried = np.abs(task.AB[v.loaded] @ slip.T.ravel()) / shear_unit[v.loaded]
     off = float(np.abs(work) @ (np.maximum(carried, 1.0 + np.tile(task.friction, tangents)[v.loaded]) / v.size))
     if task.most is not None and v.rigid.shape[1]:
         off += float(np.abs(held @ v.rigid) @ (np.abs(np.linalg.pinv(v.rigid)) @ np.tile(task.most, tangents)))
@@ -64,8 +65,9 @@ def judged_by_rows(v: SafeSet) -> ShakedownLimit:
     """Judge an answer under constraints, or with an objective, of the user's own by the multipliers of all rows, theirs too."""
     task, load_factor, slip, unit = v.task, v.solved_load_factor, v.solved_slip, v.own.objective_unit or v.task.load_unit
     form = StandardForm(v.problem)
-    (value, bound), off = form.bounds, max(task.violation(load_factor, slip), form.gap, v.own.violation)
-    record, (task, slip, motion) = SolveRecord(residual=float(np.nan_to_num(off, nan=np.inf))), task.on_whole(slip, v.motion()[0].scaled(unit))
+    (value, bound), (task, slip, motion) = form.bounds, on_whole(task, slip, v.motion()[0].scaled(unit))
+    residual = float(np.nan_to_num(max(task.violation(load_factor, slip), form.gap, v.own.violation), nan=np.inf))
+    record = SolveRecord(residual=residual)
     limit = ShakedownLimit(load_factor, LimitKind.FINITE, slip, bound * unit, record, task, motion, constraints=v.own.names)
     if v.own.objective_unit is None:
         return limit
@@ -91,7 +93,7 @@ def judged_margin(v: SafeSet, load_factor: float | None) -> SafeSlip:
         form = StandardForm(v.problem)
         bound, off = form.bounds[1], form.defect
     gap = abs(bound - off - margin) + off  # a defect that closes the gap counts for slips like this one alone
-    whole, every, motion = task.on_whole(slip, motion)
+    whole, every, motion = on_whole(task, slip, motion)
     asked, own = (whole, every) if task.lift is None else (task, slip)  # the reserve of closed nodes, and of gaps, is that of their own question
     pull = float(-asked.reactions(at, own)[1].min() / asked.force) if margin >= 0 else 0.0
     residual = float(np.nan_to_num(max(gap, margin - asked.reserve(at, own), pull, asked.beyond(own), v.own.violation), nan=np.inf))
@@ -114,7 +116,7 @@ def refuted(v: SafeSet) -> ShakedownLimit | None:
     off = defect(v, motion, none) + task.load_unit * max(-drive, 0.0)
     if not resistance + off < -RESIDUAL or off / -(resistance + off) / _FAR > RESIDUAL:
         return None
-    record, (whole, _, motion) = SolveRecord(residual=off / -(resistance + off) / _FAR), task.on_whole(none, motion)
+    record, (whole, _, motion) = SolveRecord(residual=off / -(resistance + off) / _FAR), on_whole(task, none, motion)
     return ShakedownLimit(np.nan, LimitKind.NO_SAFE_SLIP, np.full(whole.system.slip_shape, np.nan), np.nan, record, whole, motion)
 
 

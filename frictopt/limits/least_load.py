@@ -23,7 +23,7 @@ from ..contact.tolerances import RESIDUAL
 from ..errors import SolverError
 from ..solve.solvers import solve
 from .judge import judged, judged_by_rows
-from .question import LimitQuestion
+from .mirrors import slip_on_whole
 from .safe_set import SafeSet
 from .shakedown_result import ShakedownLimit
 
@@ -35,7 +35,7 @@ def with_least_load(limit: ShakedownLimit, v: SafeSet, solver: str | None) -> Sh
     variables and multipliers stays there.
     """
     slips = ([limit.slip] if limit.kind is LimitKind.FINITE else []) + ([] if limit.constraints else [np.zeros_like(limit.slip)])
-    if any(_excess_under_mean(limit._task, v, slip) <= RESIDUAL for slip in slips):
+    if any(_excess_under_mean(limit, v, slip) <= RESIDUAL for slip in slips):
         return replace(limit, least=0.0)
     with _kept(v.problem):
         downward = v.posed(cp.Problem(cp.Minimize(v.load_factor), v.problem.constraints), v.own)
@@ -50,17 +50,17 @@ def with_least_load(limit: ShakedownLimit, v: SafeSet, solver: str | None) -> Sh
 
 def _claimed(limit: ShakedownLimit, v: SafeSet) -> ShakedownLimit:
     """The least load factor that stands in the program, judged by the referee and by its mechanism; 0 if its slip is safe under the mean load."""
-    if (excess := _excess_under_mean(v.task, v, v.solved_slip)) <= RESIDUAL:
+    if (excess := _excess_under_mean(limit, v, slip_on_whole(v.task, v.solved_slip))) <= RESIDUAL:
         return replace(limit, load_factor=0.0, record=SolveRecord(residual=excess))
     return judged_by_rows(v) if limit.constraints else judged(v, least=True)
 
 
-def _excess_under_mean(task: LimitQuestion, v: SafeSet, slip: Array) -> float:
+def _excess_under_mean(limit: ShakedownLimit, v: SafeSet, slip: Array) -> float:
     """By how much a slip is not safe under the mean load alone, or violates the user's own rows there, if they are: then it stands in them."""
     load_factor = v.load_factor
     value = load_factor.value
     load_factor.save_value(np.zeros(()))
-    excess = max(task.violation(0.0, slip), v.own.violation)
+    excess = max(limit._task.violation(0.0, slip), v.own.violation)
     load_factor.save_value(value)
     return float(np.nan_to_num(excess, nan=np.inf))
 

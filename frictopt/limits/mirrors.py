@@ -1,4 +1,4 @@
-"""Half or a quarter of a contact that mirror planes map onto itself.
+"""Half or a quarter of a contact that mirror planes map onto itself; and what an answer for a part of a contact means on the whole.
 
 Where contact, friction, slip bound and the set of corners of the loads are mirror-symmetric, in one plane or in two, the mean of a safe slip and its
 mirror images is safe too, for safe slips are a convex set. So a symmetric one is looked for: the sum of all images of a slip of the kept nodes, one
@@ -18,8 +18,10 @@ from scipy.spatial.distance import cdist
 
 from ..contact import ContactSystem
 from ..contact.checks import Array
-from ..contact.parts import joined
+from ..contact.coulomb import lengths
+from ..contact.parts import joined, parted
 from ..contact.tolerances import CONDENSATION, ROUNDING, SAME_POINT
+from .mechanism import Mechanism
 from .question import Images, LimitQuestion
 
 Integers = NDArray[np.intp]
@@ -37,7 +39,7 @@ def half_of(task: LimitQuestion) -> LimitQuestion:
     if images is None:
         return task
     n, axes, (corners, places, signs) = len(task.friction), task.system.tangents + 1, images
-    closed = np.tile(every.closed, axes)
+    closed, place = np.tile(every.closed, axes), np.arange(axes * n) if task.images is None else task.images[1][0]
     gaps = (np.cumsum(~every.closed) - 1)[places[:, : len(every.closed)][:, ~every.closed]]
     places, signs = (np.cumsum(closed) - 1)[places[:, closed]], signs[:, closed]
     kept, opened = (np.unique(part.min(axis=0)) for part in (places[:, :n], gaps))
@@ -45,23 +47,57 @@ def half_of(task: LimitQuestion) -> LimitQuestion:
     places, signs, slips = places[:, unknowns], signs[:, unknowns], len(unknowns) - len(kept)
     at = places[:, :slips].ravel(), np.tile(np.arange(slips), len(places))
     whole_slip = csr_array((signs[:, :slips].ravel(), at), shape=((axes - 1) * n, slips))  # of the part's: the sum of its images
-    A, B = task.A[unknowns[:slips]] @ whole_slip, task.B[kept] @ whole_slip
+    AB = task.AB[unknowns] @ whole_slip
     times = whole_slip[unknowns[:slips]].diagonal()  # how often a slip counts at its own node: not at all across a mirror plane
-    A[times == 0] = 0.0
+    AB[:slips][times == 0] = 0.0
     return replace(
         task,
         **{name: getattr(task, name)[:, kept] for name in ("q0", "p0", "q1", "p1")},
         **{name: getattr(task, name)[kept] for name in ("friction", "closed")},
-        A=A,
-        B=B,
+        AB=AB,
         stiffness=task.stiffness[unknowns],
         most=None if task.most is None else task.most[kept] / np.maximum(times.reshape(-1, len(kept)).max(axis=0), 1.0),
         lift=None if task.lift is None else task.lift[opened] @ whole_slip,
         w0=task.w0[:, opened],
         w1=task.w1[:, opened],
-        whole=task,
-        images=(corners, np.hstack([places, gaps[:, opened] + axes * n]), np.hstack([signs, np.ones_like(gaps[:, opened])])),
+        whole=every,
+        images=(corners, place[np.hstack([places, gaps[:, opened] + axes * n])], np.hstack([signs, np.ones_like(gaps[:, opened])])),
     )
+
+
+def on_whole(task: LimitQuestion, slip: Array, motion: Mechanism) -> tuple[LimitQuestion, Array, Mechanism]:
+    """The question of the whole contact, with slip and mechanism of its part expanded to it; those of a whole one as they are.
+
+    The mechanism is the mean of its images. Open nodes follow it without force, pressed only where they would touch.
+    """
+    whole, axes = task.whole, task.system.tangents + 1
+    if whole is None or task.images is None:
+        return task, slip, motion
+    (corners, places, signs), friction, closed = task.images, whole.friction * whole.closed, np.tile(whole.closed, axes)
+    own = np.hstack([joined(motion.slips, motion.lift), np.zeros((len(task.q1), task.w1.shape[1])) if motion.press is None else motion.press])
+    mean, hold = np.zeros((len(own), len(closed))), None
+    for corner, at, sign in zip(corners, places, signs, strict=True):
+        mean[np.ix_(corner, at)] += sign * own / len(corners)
+    slips, lift = parted(mean * closed, axes)
+    lift = np.maximum(lift, friction * lengths(slips, lift))  # but for rounding it is so
+    if whole.give is not None:
+        moved = joined(slips, lift)
+        slips, lift = parted(moved - (moved @ whole.system.S + mean * ~closed) @ whole.give, axes)
+    if motion.hold is not None:
+        held = np.zeros_like(whole.q1[0].T).ravel()
+        held[places[:, : motion.hold.size]] = signs[:, : motion.hold.size] * motion.hold.T.ravel() / len(corners)
+        hold = held.reshape(whole.q1[0].T.shape).T
+    return whole, slip_on_whole(task, slip), Mechanism(slips, lift, friction, hold, open=None if whole.give is None else ~whole.closed)
+
+
+def slip_on_whole(task: LimitQuestion, slip: Array) -> Array:
+    """The slip of the whole contact that one of its part means: the sum of its images; open nodes have theirs at load factor 0, corner 0."""
+    if task.whole is None or task.images is None:
+        return slip
+    every, (_, places, signs) = np.zeros(task.whole.q1[0].size), task.images
+    for place, sign in zip(places, signs, strict=True):
+        every[place[: slip.size]] += sign[: slip.size] * slip.T.ravel()
+    return np.asarray(task.whole.states(0.0, every.reshape(task.whole.q1[0].T.shape).T)[0][0])
 
 
 def images_of(task: LimitQuestion) -> Images | None:

@@ -8,6 +8,7 @@ from ..contact.answers import LimitKind
 from ..contact.checks import Array
 from ..contact.coulomb import lengths
 from ..contact.diagnosis import growth_diagnosis
+from ..contact.parts import parted
 from ..contact.record import SolveRecord
 from ..contact.tolerances import GROWN, RESIDUAL
 from ..errors import ModelError
@@ -43,9 +44,9 @@ def no_limit(task: LimitQuestion, solver: str | None) -> ShakedownLimit | None:
 
 def _carried(task: LimitQuestion, slip: Array) -> bool:
     """Whether the slip that grows with the load keeps each node within its bound, up to a share of what acts on this node itself."""
-    f, v, shape = task.friction, np.abs(slip.T.ravel()), slip.T.shape
+    f, v = task.friction, np.abs(slip.T.ravel())
     q1, p1 = task.load_unit * task.q1, task.load_unit * task.p1
-    sheared, pressed = (np.abs(task.A) @ v).reshape(shape).T, np.abs(task.B) @ v
+    sheared, pressed = parted(np.abs(task.AB) @ v, task.system.tangents + 1)
     own = np.maximum(lengths(q1, p1), f * np.abs(p1)).max(axis=0) + lengths(sheared, pressed) + f * pressed
     q, p = (cyclic_part + part for cyclic_part, part in zip((q1, p1), task.change(slip), strict=True))
     lift = np.zeros((0, len(v))) if task.lift is None else task.lift

@@ -56,7 +56,7 @@ def rest_of(task: LimitQuestion, opened: Booleans) -> LimitQuestion | None:
     values, vectors = np.linalg.eigh((left + left.T) / 2)  # what nothing resists any more is left as rounding of both signs
     left = (vectors * np.where(values > _NOTHING_LEFT * np.abs(S).max(), values, 0.0)) @ vectors.T
     left = (left + left.T) / 2
-    units = units_of(friction, q0, p0, q1, p1)  # what would press the open nodes shut is no scale
+    units = units_of(friction, q0, p0, q1, p1, left[:, :-n])  # what would press the open nodes shut is no scale
     return replace(
         task,
         friction=friction,
@@ -64,8 +64,7 @@ def rest_of(task: LimitQuestion, opened: Booleans) -> LimitQuestion | None:
         p0=p0,
         q1=q1,
         p1=p1,
-        A=left[:-n, :-n],
-        B=left[-n:, :-n],
+        AB=left[:, :-n],
         stiffness=task.stiffness[~out],
         most=None if task.most is None else task.most[~opened],
         closed=task.closed[~opened],

@@ -12,7 +12,8 @@ from ..contact.checks import Array, shown
 from ..errors import ModelError
 from ..solve.standard_form import StandardForm, compiled
 
-_OF_A_MODEL = "model."  # how the names of the unknowns begin that a model gives the user
+OF_A_MODEL = "model."
+"""How the names of the unknowns begin that a model gives the user; the program that is solved has expressions in their place."""
 
 _EQUATIONS, _AT_MOST, _AT_LEAST = (
     (cp.constraints.Equality, cp.constraints.Zero),
@@ -79,11 +80,6 @@ class OwnRows:
         """Put the values of a solution into the variables of the user."""
         for variable, scaled in self.variables:
             variable.save_value(np.asarray(scaled.value))
-
-
-def unknown(name: str, shape: tuple[int, ...] = ()) -> cp.Variable:
-    """What a model decides on as a variable of the user's rows, in the user's units; the program that is solved has an expression in its place."""
-    return cp.Variable(shape, name=_OF_A_MODEL + name)
 
 
 def extended(
@@ -189,8 +185,8 @@ def _checked(name: str, given: Any, known: set[int], meant: Mapping[int, cp.Expr
             f"{name}: not convex (an objective: not concave) by the rules of DCP, or not affine in its parameters (DPP); change it so that it is"
         )
     for variable in constraint.variables():
-        if variable.name().startswith(_OF_A_MODEL):
-            raise ModelError(f"{name}: it is on the {variable.name().removeprefix(_OF_A_MODEL)} of another model; use those of the model that solves")
+        if variable.name().startswith(OF_A_MODEL):
+            raise ModelError(f"{name}: it is on the {variable.name().removeprefix(OF_A_MODEL)} of another model; use those of the model that solves")
         if any(variable.attributes.values()):
             raise ModelError(f"{name}: variable {variable.name()} has attributes; give a plain one, and its bounds as constraints")
     for parameter in constraint.parameters():

@@ -55,7 +55,7 @@ class Pressing:
         cap, rule = v.cap("cap"), ruling(-task.p0, -task.p1, load_factor)
         opening = np.zeros(task.p1.shape)
         opening[rule] = np.maximum(v.rows["pressed"].dual_value, 0.0) / v.unit
-        motion = Mechanism(np.zeros(task.q1.shape), opening, task.friction, v.held)
+        motion = Mechanism(np.zeros(task.q1.shape), opening, task.friction, v.held()[0])
         opened = float(motion.opening.sum()) * task.force
         self.motion = motion.scaled((1 - cap) / opened if opened > 0 and cap < 1 else 0.0)
         resistance, drive = task.work(self.motion)

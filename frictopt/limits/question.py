@@ -13,14 +13,13 @@ from ..contact.coulomb import lengths, off_law
 from ..contact.cycle import checked_cycle, reactions
 from ..contact.parts import joined, parted
 from ..contact.system import checked_system
-from ..contact.tolerances import CONDENSATION, NO_COUPLING, RESIDUAL
+from ..contact.tolerances import CONDENSATION, NO_COUPLING
 from ..errors import ModelError
 from .mechanism import Mechanism
 
 Images: TypeAlias = tuple[NDArray[np.intp], NDArray[np.intp], Array]
 """Where a part of a contact is on the whole one, G times: (G, K) corners, (G, m) unknowns and their signs."""
 
-_BARE = 10 * RESIDUAL  # share of the mean friction bound below which a node carries nothing, and its traction ratio is rounding
 _MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
 _MOST_SHEAR = 1e6  # a mean shear force above so many mean normal forces leaves fewer digits of them than the proofs need
 _LITTLE_FRICTION = 0.01  # below it, the bounds on q keep p >= 0 only to a hundred times their own accuracy
@@ -39,8 +38,8 @@ class LimitQuestion:
     q0, p0, q1, p1
         Closed reactions of the cycle on these nodes, force: (K, N) or (K, N, 2) and (K, N) at load factor 0, (1, N) where they are the same at all
         corners; and what a load factor of 1 adds, (K, N) or (K, N, 2) and (K, N).
-    A, B, stiffness
-        (t N, t N) shear and (N, t N) normal forces by slips of these nodes, and (M,) the size of their own stiffness, see `ContactSystem`.
+    AB, stiffness
+        (M, t N) forces by slips of these nodes, A over B, and (M,) the size of their own stiffness, see `ContactSystem`.
     simplify
         Whether to leave out what cannot change the answer: half of a mirror-symmetric contact, corners that others stand for.
     most
@@ -50,6 +49,10 @@ class LimitQuestion:
         friction bound; and this bound at load factor 0, the unit of margins (`force` where there is no friction).
     opening
         Whether there is so little friction somewhere that keeping nodes closed needs rows of its own.
+    uncoupled
+        Whether tangential motion does not change the friction bounds: f B is zero up to rounding, against A of the two nodes that it joins.
+    fixed
+        Whether the corners differ at load factor 0.
     started
         When it was posed, for the record.
     closed
@@ -57,7 +60,7 @@ class LimitQuestion:
     give
         (M, M) compliance of the open nodes alone, zero elsewhere, of a question on the whole contact; None where all are closed.
     whole
-        Of a question on a part of a mirror-symmetric contact, or on its closed nodes: that on the whole one, see `half_of` and `rest_of`.
+        Of a question on a part of a contact, half of it or its closed nodes: that on the whole one, see `half_of`, `rest_of` and `on_whole`.
     images
         Of such a question: where its unknowns, slips and lifts of its nodes and then gaps of open ones, are on the whole; else None.
     lift
@@ -73,8 +76,7 @@ class LimitQuestion:
     p0: Array
     q1: Array
     p1: Array
-    A: Array
-    B: Array
+    AB: Array
     stiffness: Array
     simplify: bool
     most: Array | None
@@ -82,6 +84,8 @@ class LimitQuestion:
     load_unit: float
     mean_bound: float
     opening: bool
+    uncoupled: bool
+    fixed: bool
     closed: Booleans
     started: float = field(default_factory=perf_counter)
     whole: "LimitQuestion | None" = None
@@ -90,11 +94,6 @@ class LimitQuestion:
     lift: Array | None = None
     w0: Array = field(default_factory=lambda: np.zeros((1, 0)))
     w1: Array = field(default_factory=lambda: np.zeros((1, 0)))
-
-    @property
-    def fixed(self) -> bool:
-        """Whether the corners differ at load factor 0."""
-        return len(self.q0) > 1
 
     def at(self, friction: ArrayLike) -> "LimitQuestion":
         """The same question for another friction, of the whole contact with all nodes closed.
@@ -105,14 +104,7 @@ class LimitQuestion:
             Bad friction.
         """
         f = friction_coefficients(friction, self.system.nodes)
-        return replace(self, friction=f, started=perf_counter(), **units_of(f, self.q0, self.p0, self.q1, self.p1))
-
-    @property
-    def uncoupled(self) -> bool:
-        """Whether tangential motion does not change the friction bounds: f B is zero up to rounding, against A of the two nodes that it joins."""
-        tangents = self.system.tangents
-        stiffness = np.sqrt(np.diag(self.A).clip(0.0).reshape(tangents, -1).sum(axis=0))
-        return bool((np.abs(self.friction[:, None] * self.B) <= NO_COUPLING * np.outer(stiffness, np.tile(stiffness, tangents))).all())
+        return replace(self, friction=f, started=perf_counter(), **units_of(f, self.q0, self.p0, self.q1, self.p1, self.AB))
 
     def check_load_factor(self, load_factor: float) -> None:
         """Check that the mean load is not lost in the rounding of the cyclic loads."""
@@ -134,8 +126,7 @@ class LimitQuestion:
 
     def change(self, slip: Array) -> tuple[Array, Array]:
         """Reactions `A v, B v` that a residual slip, (N,) or (N, 2), adds to those of the closed contact."""
-        v = slip.T.ravel()
-        return (self.A @ v).reshape(slip.T.shape).T, self.B @ v
+        return parted(self.AB @ slip.T.ravel(), self.system.tangents + 1)
 
     def states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """(K, N) or (K, N, 2) slips and (K, N) gaps at the corners under a residual slip, which open nodes leave."""
@@ -148,57 +139,9 @@ class LimitQuestion:
     def _at_corners(self, load_factor: float) -> Array:
         return joined(self.q0, self.p0) + load_factor * joined(self.q1, self.p1)
 
-    def expanded(self, slip: Array) -> Array:
-        """The slip of the whole contact that one of the part means: the sum of its images; open nodes have theirs at load factor 0, corner 0."""
-        if self.whole is None or self.images is None:
-            return slip
-        every, (_, places, signs) = np.zeros(self.whole.q1[0].size), self.images
-        for place, sign in zip(places, signs, strict=True):
-            every[place[: slip.size]] += sign[: slip.size] * slip.T.ravel()
-        return np.asarray(self.whole.states(0.0, every.reshape(self.whole.q1[0].T.shape).T)[0][0])
-
     def own(self, slip: Array) -> Array:
         """What a slip of the whole contact is on the closed nodes of a question on these."""
         return slip if self.whole is None else slip[self.whole.closed]
-
-    def on_whole(self, slip: Array, motion: Mechanism) -> "tuple[LimitQuestion, Array, Mechanism]":
-        """The question of the whole contact, with slip and mechanism of its part expanded to it; those of a whole one as they are.
-
-        The mechanism is the mean of its images. Open nodes follow it without force, pressed only where they would touch.
-        """
-        whole, axes = self.whole, self.system.tangents + 1
-        if whole is None or self.images is None:
-            return self, slip, motion
-        (corners, places, signs), friction, size = self.images, whole.friction * whole.closed, axes * len(whole.friction)
-        own = np.hstack([joined(motion.slips, motion.lift), np.zeros((len(self.q1), self.w1.shape[1])) if motion.press is None else motion.press])
-        mean, hold = np.zeros((len(own), size + whole.w1.shape[1])), None
-        for corner, place, sign in zip(corners, places, signs, strict=True):
-            mean[np.ix_(corner, place)] += sign * own / len(corners)
-        if motion.hold is not None:
-            hold = np.zeros_like(whole.q1[0].T).ravel()
-            hold[places[:, : motion.hold.size]] = signs[:, : motion.hold.size] * motion.hold.T.ravel() / len(corners)
-            hold = hold.reshape(whole.q1[0].T.shape).T
-        if whole.give is not None:
-            moved = mean * np.tile(whole.closed, axes)
-            slips, lift = parted(moved - (moved @ self.system.S + mean - moved) @ whole.give, axes)
-            return whole.on_whole(self.expanded(slip), Mechanism(slips, lift, friction, hold, open=~whole.closed))
-        slips, lift = parted(mean[:, :size], axes)
-        lift = np.maximum(lift, friction * lengths(slips, lift))  # but for rounding it is so
-        press = None if motion.press is None else mean[:, size:]
-        return whole.on_whole(self.expanded(slip), Mechanism(slips, lift, friction, hold, press))
-
-    def traction_ratios(self, q: Array, p: Array) -> Array:
-        """(K, N) ratios `|q| / (f p)` of reactions; NaN where the pressure or the friction vanishes."""
-        bound = self.friction * p
-        pressed = bound > _BARE * self.mean_bound
-        return np.where(pressed, lengths(q, p) / np.where(pressed, bound, 1.0), np.nan)
-
-    def within_bound(self, slip: Array) -> Array:
-        """The slip, cut to its bound where it exceeds it by no more than the tolerance of solvers."""
-        if self.most is None or self.beyond(slip) > RESIDUAL:
-            return slip
-        size = lengths(slip, self.most)
-        return np.where(size > self.most, slip.T / np.where(size > 0, size, 1.0) * self.most, slip.T).T
 
     def beyond(self, slip: Array) -> float:
         """By how much the slip exceeds its bound, over the largest slip or bound; at most 0 if it does not."""
@@ -208,17 +151,11 @@ class LimitQuestion:
         return float(((size - self.most) / max(float(self.most.max()), float(size.max()), np.finfo(float).tiny)).max())
 
     def violation(self, load_factor: float, slip: Array) -> float:
-        """How far the slip is from being safe: the largest violation of the contact law over the corners, and the excess over the slip bound."""
-        if self.whole is not None:
-            return max(self.whole.violation(load_factor, self.expanded(slip)), self.beyond(slip))
+        """How far the slip of a whole contact is from being safe: its largest violation of the contact law over the corners, or of its bound."""
         (v, w), r = self.states(load_factor, slip), joined(*self.reactions(load_factor, slip))
-        off = off_law(self.system, self.friction, joined(*self.bonded(load_factor)), joined(v, w - self.system.gap), r, self.force)
+        bonded = joined(*reactions(self.system, self.cycle.unscaled)) + load_factor * joined(self.q1, self.p1)
+        off = off_law(self.system, self.friction, bonded, joined(v, w - self.system.gap), r, self.force)
         return float(np.nan_to_num(max(off.max(), self.beyond(slip)), nan=np.inf))
-
-    def bonded(self, load_factor: float) -> tuple[Array, Array]:
-        """(K, N) or (K, N, 2) and (K, N) bonded reactions `q, p` at the corners."""
-        q, p = reactions(self.system, self.cycle.unscaled)
-        return q + load_factor * self.q1, p + load_factor * self.p1
 
     def reserve(self, load_factor: float, slip: Array) -> float:
         """The margin of a slip, see `SafeSlip.margin`."""
@@ -258,13 +195,13 @@ def pose(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, simpli
     """
     loads = *checked_cycle(cycle).unscaled_reactions(checked_system(system)), *reactions(system, cycle.corners)
     f, most = friction_coefficients(friction, system.nodes), None if slip_bound is None else _slip_bounds(slip_bound, system.nodes)
-    parts = system.A, system.B, system.own_stiffness
-    closed = np.ones(system.nodes, dtype=bool)
-    return LimitQuestion(system, cycle, f, *loads, *parts, flag("simplify", simplify), most, **units_of(f, *loads), closed=closed)
+    AB, lean, closed = system.S[:, : -system.nodes], flag("simplify", simplify), np.ones(system.nodes, dtype=bool)
+    units, fixed = units_of(f, *loads, AB), len(loads[0]) > 1
+    return LimitQuestion(system, cycle, f, *loads, AB, system.own_stiffness, lean, most, **units, fixed=fixed, closed=closed)
 
 
-def units_of(f: Array, q0: Array, p0: Array, q1: Array, p1: Array) -> dict[str, Any]:
-    """Force, load_unit, mean_bound and opening of a `LimitQuestion`.
+def units_of(f: Array, q0: Array, p0: Array, q1: Array, p1: Array, AB: Array) -> dict[str, Any]:
+    """Force, load_unit, mean_bound, opening and uncoupled of a `LimitQuestion`.
 
     Raises
     ------
@@ -282,7 +219,10 @@ def units_of(f: Array, q0: Array, p0: Array, q1: Array, p1: Array) -> dict[str, 
             f"mean: its shear force at node {int(held.max(axis=0).argmax())} is {held.max() / force:.1e} times the mean normal force {force:.3g}, "
             "and rounding of the one hides the other; press the contact, or check the units of the load cases"
         )
-    return {"force": force, "load_unit": load_unit, "mean_bound": mean_bound, "opening": bool(f.min() < _LITTLE_FRICTION)}
+    stiffness = np.sqrt(np.diag(AB).clip(0.0).reshape(-1, len(f)).sum(axis=0))
+    coupled = np.abs(f[:, None] * AB[-len(f) :]) > NO_COUPLING * np.outer(stiffness, np.resize(stiffness, AB.shape[1]))
+    opening, uncoupled = bool(f.min() < _LITTLE_FRICTION), not coupled.any()
+    return {"force": force, "load_unit": load_unit, "mean_bound": mean_bound, "opening": opening, "uncoupled": uncoupled}
 
 
 def _slip_bounds(slip_bound: Any, nodes: int) -> Array:

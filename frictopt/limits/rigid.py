@@ -19,7 +19,8 @@ def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:
     changes a pressure is resisted, however little, or S would not be positive semi-definite.
     """
     tangent, normal = np.split(np.sqrt(task.stiffness), [-len(task.friction)])
-    scaled, pressure = task.A / np.outer(tangent, tangent), task.B / np.outer(normal, tangent)
+    n = len(tangent)
+    scaled, pressure = task.AB[:n] / np.outer(tangent, tangent), task.AB[n:] / np.outer(normal, tangent)
     idle = ~(scaled.any(axis=0) | (np.abs(pressure).max(axis=0) > RIGID))
     scaled[idle, idle] = 1.0  # what nothing feels at all, such as slip across a mirror plane, is a slide by itself, so that the others stay exact
     values, soft = _softest(scaled)

@@ -14,7 +14,8 @@ from .answered import Answered
 from .circles import Circles
 from .design_loads import DesignLoads
 from .intervals import Intervals
-from .own_rows import OwnRows, extended, unknown
+from .mirrors import slip_on_whole
+from .own_rows import OF_A_MODEL, OwnRows, extended
 from .question import LimitQuestion, pose
 from .safe_set import SafeSet
 
@@ -42,7 +43,7 @@ class SafeModel:
         solver_order(solver, LP if system.tangents == 1 else SOCP)
         self._load = cp.Parameter(nonneg=True, name="load_unit")  # or the load factor, where it is given
         shapes = {"load_factor": (), "slip": system.slip_shape, "q": self._asked.q1.shape, "p": self._asked.p1.shape}
-        self.load_factor, self.slip, self.q, self.p = (unknown(name, shape) for name, shape in shapes.items())
+        self.load_factor, self.slip, self.q, self.p = (cp.Variable(shape, name=OF_A_MODEL + name) for name, shape in shapes.items())
         if self._given:
             self.load_factor = self._load
         self._sets: dict[bytes, SafeSet] = {}  # by the mirror planes: of the whole contact, and of its parts
@@ -58,7 +59,7 @@ class SafeModel:
             place = np.eye(len(out))[:, ~out]
             moved = place - whole.give[: len(out)] @ (task.system.S[:, : len(out)] @ place)
             slip, shear, pressed = (
-                task.expanded(np.zeros(task.q1.shape[1:])).T.ravel() + moved @ slip,
+                slip_on_whole(task, np.zeros(task.q1.shape[1:])).T.ravel() + moved @ slip,
                 place @ shear,
                 place[: shape[0], : pressed.size] @ pressed,
             )

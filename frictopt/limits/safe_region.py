@@ -17,6 +17,7 @@ from ..contact.system import checked_system
 from ..contact.tolerances import RESIDUAL, ZERO_LOAD_FACTOR
 from ..errors import ModelError, SolverError
 from .mechanism import Mechanism
+from .mirrors import on_whole
 from .open_nodes import rest_of
 from .question import pose
 from .safe_region_result import SafeRegion, beyond_chord, domain
@@ -151,7 +152,7 @@ class _Search:
             reach = bound = 0.0
         motion = self._ruled(_of_closed(limit._motion, limit))
         drives = [unit.work(motion)[1] for unit in self._unit]
-        motion = self._unit[0].on_whole(np.zeros(self._unit[0].q1.shape[1:]), motion)[2]
+        motion = on_whole(self._unit[0], np.zeros(self._unit[0].q1.shape[1:]), motion)[2]
         return _Point(reach * np.array([first, second]), limit, np.array(drives), float(bound), motion)
 
     def _ruled(self, motion: Mechanism) -> Mechanism:
@@ -216,7 +217,7 @@ class _Search:
 
 
 def _of_closed(motion: Mechanism, limit: ShakedownLimit) -> Mechanism:
-    """The part of the closed nodes in the mechanism of a limit, see `LimitQuestion.on_whole`."""
+    """The part of the closed nodes in the mechanism of a limit, see `on_whole`."""
     if not limit.open.any():
         return motion
     press = -joined(motion.slips, motion.lift) @ limit.system.S[:, -limit.system.nodes :][:, limit.open]

@@ -65,17 +65,21 @@ class SafeSet(ABC):
         Unknowns of the programs that have them.
     problem, rows, own
         The program, see `posed`, its rows by their names, and those of the user's own in it.
+    parameters
+        Those of the rows by their names, where friction and loads are parameters.
+    units
+        Units of the unknowns, and of an objective of the user's own.
     idle
         What corners have no rows, in words; empty where all have.
     """
 
     problem: cp.Problem
     rows: Rows
-    own: OwnRows
+    units: Units
     idle: str
 
     def __init__(self, task: LimitQuestion, design: DesignLoads | None = None) -> None:
-        self.task, self.design, self.rows, self.own = task, design, {}, OwnRows()
+        self.task, self.design, self.rows, self.own, self.parameters = task, design, {}, OwnRows(), dict[str, cp.Parameter]()
         pressure, acts = np.abs(task.p0).max(axis=0), np.maximum(lengths(task.q1, task.p1), np.abs(task.p1)).max(axis=0)
         acts = np.maximum(lengths(task.q0, task.p0).max(axis=0), acts)
         self.unit = np.where(pressure > _NO_PRESSURE * task.force, pressure, np.maximum(acts, _NO_PRESSURE * task.force))
@@ -84,7 +88,7 @@ class SafeSet(ABC):
         self.loaded, basis = balanced(each * rigid)
         forces = csr_array(each * basis)
         slip = (forces.T @ compliance).T
-        normal = task.B @ slip / self.unit[:, None]
+        normal = task.AB[len(each) :] @ slip / self.unit[:, None]
         self.size = 1 / np.maximum(np.abs(normal).max(axis=0), 1.0)
         self.to_slip, self.to_shear, self.to_pressure = slip * self.size, csr_array(basis * self.size), normal * self.size
         self.rigid = rigid * (task.force / (task.stiffness[: len(rigid)] @ rigid**2))
@@ -133,8 +137,11 @@ class SafeSet(ABC):
 
     def posed(self, problem: cp.Problem, own: OwnRows | None = None) -> Self:
         """The same unknowns and what was asked, with a program over them."""
-        posed = copy(self)
-        posed.problem, posed.rows, posed.own = problem, {row.label: row for row in problem.constraints}, own or OwnRows()
+        posed, task, own = copy(self), self.task, own or OwnRows()
+        posed.problem, posed.rows, posed.own = problem, {row.label: row for row in problem.constraints}, own
+        forces = {"margin": task.mean_bound, "traction": self.unit[self.loaded % len(self.unit)] * self.size}
+        designed = {} if self.design is None else {"design": self.design.unit}
+        posed.units = {"load_factor": task.load_unit, "objective": own.objective_unit or task.load_unit, **forces, **designed}
         return posed
 
     @property
@@ -153,7 +160,10 @@ class SafeSet(ABC):
         if most is None:
             return np.asarray(slip)
         slip[most == 0] = 0.0
-        return self.task.within_bound(slip)
+        if self.task.beyond(slip) > RESIDUAL:
+            return np.asarray(slip)
+        size = lengths(slip, most)  # cut to the bound that it exceeds by no more than the tolerance of solvers
+        return np.asarray(np.where(size > most, slip.T / np.where(size > 0, size, 1.0) * most, slip.T).T)
 
     def _slid(self, slide: cp.Variable) -> Array:
         """The slide of the solution; where the gaps of open nodes alone feel it, the smallest one, for interior points go as far as gaps grow."""
@@ -178,13 +188,6 @@ class SafeSet(ABC):
         """Multiplier of a named scalar row."""
         return max(float(self.rows[name].dual_value), 0.0)
 
-    @property
-    def units(self) -> Units:
-        """Units of its unknowns, and of an objective of the user's own."""
-        task, design = self.task, {} if self.design is None else {"design": self.design.unit}
-        forces = {"margin": task.mean_bound, "traction": self.unit[self.loaded % len(self.unit)] * self.size}
-        return {"load_factor": task.load_unit, "objective": self.own.objective_unit or task.load_unit, **forces, **design}
-
     @cached_property
     def _reach(self) -> Array:
         """(N,) slip that unit unknowns make at most, by which the rows of the slip bound are divided, length."""
@@ -201,11 +204,9 @@ class SafeSet(ABC):
         rows: dict[str, cp.Constraint] = {"slip_bound": cp.SOC(cp.Constant(most[free]), slip[free], axis=1)} if len(free) else {}
         return rows | {"no_slip": slip[fixed] == 0} if len(fixed) else rows
 
-    def _apart(self, load_factor: cp.Variable | None, margin: cp.Variable | None) -> Rows:
-        """Rows by which open nodes stay open, at the corners that rule them; none without open nodes."""
-        if self.task.lift is None:
-            return {}
-        task, lift, (corner, node) = self.task, self.task.lift, self._closing
+    def _apart(self, lift: Array, load_factor: cp.Variable | None, margin: cp.Variable | None) -> Rows:
+        """Rows by which open nodes stay open, at the corners that rule them."""
+        task, (corner, node) = self.task, self._closing
         room = self._room[node]
         lam: Any = self._given if load_factor is None else task.load_unit * load_factor
         reserve = 0.0 if margin is None else task.clearance / room * margin
@@ -213,29 +214,26 @@ class SafeSet(ABC):
         gap = w0[corner, node] / room + lam * (task.w1[corner, node] / room) + (lift[node] / room[:, None]) @ self.slip
         return {"stays_open": gap >= reserve}
 
-    @property
-    def pressed(self) -> Array | None:
-        """(K, O) forces that keep open nodes from touching: multipliers of their rows, at the corners that rule them; None without open nodes."""
-        if self.task.lift is None:
-            return None
-        press, (corner, node) = np.zeros(self.task.w1.shape), self._closing
-        press[corner, node] = np.maximum(self.rows["stays_open"].dual_value, 0.0) / self._room[node]
-        return press
+    def held(self) -> tuple[Array | None, Array | None]:
+        """Multipliers of the slip bound and of gaps: forces by which it holds nodes, (N,) or (N, 2), and that keep open nodes from touching, (K, O).
 
-    @property
-    def held(self) -> Array | None:
-        """(N,) or (N, 2) forces by which the slip bound holds the nodes, along the tangents: multipliers of its rows; None without a bound."""
-        if (most := self.task.most) is None:
-            return None
+        None without a bound, or without open nodes.
+        """
+        most, held, press = self.task.most, None, None
+        if self.task.lift is not None:
+            press, (corner, node) = np.zeros(self.task.w1.shape), self._closing
+            press[corner, node] = np.maximum(self.rows["stays_open"].dual_value, 0.0) / self._room[node]
         if "forward_slip_bound" in self.rows:
             forward, backward = (np.maximum(self.rows[f"{way}_slip_bound"].dual_value, 0.0) for way in ("forward", "backward"))
-            return np.asarray((forward - backward) / self._reach)
-        held = np.zeros((len(most), 2))
-        if "slip_bound" in self.rows:
-            held[most > 0] = -self.rows["slip_bound"].dual_value[1]
-        if "no_slip" in self.rows:
-            held[most == 0] = self.rows["no_slip"].dual_value
-        return held / self._reach[:, None]
+            held = np.asarray((forward - backward) / self._reach)
+        elif most is not None:
+            held = np.zeros((len(most), 2))
+            if "slip_bound" in self.rows:
+                held[most > 0] = -self.rows["slip_bound"].dual_value[1]
+            if "no_slip" in self.rows:
+                held[most == 0] = self.rows["no_slip"].dual_value
+            held /= self._reach[:, None]
+        return held, press
 
 
 def ruling(constant: Array, rate: Array, load_factor: float | None = None) -> Ruling:

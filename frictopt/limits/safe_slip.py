@@ -17,7 +17,7 @@ from ..solve.solvers import NoOptimum, solve
 from .judge import answered, judged_margin
 from .mirrors import half_of
 from .open_nodes import rest_under_mean
-from .own_rows import unknown
+from .own_rows import OF_A_MODEL
 from .question import LimitQuestion
 from .safe_model import SafeModel, safe_set
 from .safe_set import SafeSet
@@ -79,7 +79,7 @@ class SafeSlipModel(SafeModel):
     @cached_property
     def margin(self) -> cp.Variable:
         """The margin, see `SafeSlip`, a cvxpy variable for constraints of your own."""
-        return unknown("margin")
+        return cp.Variable(name=OF_A_MODEL + "margin")
 
     def _meant(self, v: SafeSet) -> dict[cp.Variable, cp.Expression]:
         return {**super()._meant(v), self.margin: v.margin}

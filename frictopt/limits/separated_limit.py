@@ -178,9 +178,7 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike
 
 def _last_state(best: OpenSetLimit, system: ContactSystem, cycle: LoadCycle, load_factor: float) -> ContactState:
     """The state at the last corner."""
-    (q0, p0), (q1, p1) = reactions(system, cycle.unscaled[-1:]), cycle.corner_reactions(system)
-    load = q0[0] + load_factor * q1[-1], p0[0] + load_factor * p1[-1]
-    return ContactState(best.slip[-1], best.gap[-1], *load, next_loads=cycle.corner_names[0])
+    return ContactState(best.slip[-1], best.gap[-1], *system.reaction(cycle.at(load_factor)[-1]), next_loads=cycle.corner_names[0])
 
 
 @dataclass(frozen=True, eq=False)
