@@ -253,7 +253,7 @@ def test_where_the_time_is_over_the_bound_is_the_solver_s_and_not_what_it_has_fo
 
 def test_why_there_is_no_limit_is_said_with_the_error_of_its_proof_or_not_at_all(monkeypatch):
     task = pose(single(), fo.LoadCycle({"P": 1.0}, [{"X": 1.0}]), 0.5)
-    takes_all = np.array([[-task.load_unit / task.A[0, 0], 0.0]])
+    takes_all = np.array([[-task.load_unit / task.AB[0, 0], 0.0]])
 
     def margins(*values):
         states = iter(SimpleNamespace(margin=value, record=SolveRecord(residual=1e-3), _motion=None, slip=takes_all) for value in values)

@@ -181,7 +181,7 @@ def _begin(limit: GuaranteedLimit, load_factor: float, slip: Array) -> dict[str,
     if not limit.open.any():
         return {"initial_slip": slip}
     bonded = reactions(limit.system, limit.cycle.at(load_factor))
-    v, w, q, p, *load = (part.mean(axis=0) for part in (*task.states(load_factor, slip), *task.reactions(load_factor, slip), *bonded))
+    v, w, q, p, *load = (part.mean(axis=0) for part in (*task.states(load_factor, slip), *bonded))
     held = (lengths(q, p) <= limit.friction * p).all() and (w[limit.open] >= 0).all()  # states are linear in the load
     return {"initial_state": ContactState(v, w.clip(0.0), *load)} if held else {"initial_slip": v}
 

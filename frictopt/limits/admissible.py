@@ -82,6 +82,6 @@ class SlipClaim:
 def _vertex(v: SafeSet) -> SlipClaim:
     """The slip that stands in the problem, and by how much it is not admissible."""
     task, slip = v.task, v.solved_slip
-    q, p = task.reactions(0.0, slip)
+    _, _, q, p = task.states(0.0, slip)
     excess = float((lengths(q, p) - task.friction * p).max()) / task.force
     return SlipClaim(slip, max(excess, task.beyond(slip)))

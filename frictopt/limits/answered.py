@@ -40,7 +40,7 @@ class Answered(WithSlip, Plotted):
         """(K, N) or (K, N, 2) and (K, N) reactions `q, p` at the corners under the slip at the load factor, force; NaN where it is not finite."""
         if not np.isfinite(self.load_factor):
             return np.full_like(self._task.q1, np.nan), np.full_like(self._task.p1, np.nan)
-        return self._task.reactions(self.load_factor, self.slip)
+        return self._task.states(self.load_factor, self.slip)[2:]
 
     @property
     def open(self) -> Booleans:
@@ -58,7 +58,8 @@ class Answered(WithSlip, Plotted):
         """The state at the last corner, from which a transient at this load factor rests where the slip is safe; None where it is not finite."""
         if not np.isfinite(self.load_factor) or not np.isfinite(self.slip).all():
             return None
-        (v, w), bonded = self._task.states(self.load_factor, self.slip), self.system.reaction(self.cycle.at(self.load_factor)[-1])
+        v, w, _, _ = self._task.states(self.load_factor, self.slip)
+        bonded = self.system.reaction(self.cycle.at(self.load_factor)[-1])
         return ContactState(v[-1], w[-1].clip(0.0), *bonded, next_loads=self.cycle.corner_names[0])
 
     @property

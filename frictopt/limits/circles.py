@@ -79,14 +79,6 @@ class Circles(SafeSet):
         value = float(self.load_factor.value) * self.task.load_unit
         return max(0.0, carried(self.task, self.solved_slip, value, 1 if isinstance(self.problem.objective, cp.Maximize) else -1))
 
-    @property
-    def narrows(self) -> bool:
-        """Whether the corners have the mean load in their hull, and nothing is fixed."""
-        if self.task.fixed:
-            return False
-        points = _amplitudes(self.task.cycle)
-        return _inside(np.zeros(points.shape[1]), points)
-
 
 def bare(task: LimitQuestion, designed: bool = False) -> np.ndarray:
     """(K, N) where the friction bound of a node vanishes at a corner, whatever the slip, the load factor, and the design where there is one."""
@@ -175,7 +167,7 @@ def carried(task: LimitQuestion, slip: Array, load_factor: float, sense: int) ->
 
     Circles count from rounding on: where a node carries nothing, what it can carry is lost in it.
     """
-    (q, p), f, q1, p1 = task.reactions(load_factor, slip), task.friction, sense * task.q1, sense * task.p1
+    (_, _, q, p), f, q1, p1 = task.states(load_factor, slip), task.friction, sense * task.q1, sense * task.p1
     beyond = np.linalg.norm(q, axis=-1) - f * p > _CARRIED * task.force
     pulls = task.opening & (p < -_CARRIED * task.force) & (p1 < 0)
     with np.errstate(divide="ignore", invalid="ignore"):

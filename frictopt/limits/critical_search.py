@@ -242,7 +242,7 @@ def critical_motion(program: SafeSet, state: CriticalState) -> Mechanism:
     others, _ = program.motion()
     slips, lift = -others.slips * task.load_unit, -others.lift * task.load_unit
     y = np.atleast_1d(program.rows["critical"].dual_value) * task.load_unit / program.unit[node]
-    q = task.reactions(float(program.load_factor.value) * task.load_unit, program.solved_slip)[0][corners, node].reshape(len(corners), -1)
+    q = task.states(float(program.load_factor.value) * task.load_unit, program.solved_slip)[2][corners, node].reshape(len(corners), -1)
     size = np.linalg.norm(q, axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
         ways = np.column_stack([q / size[:, None], np.full(len(corners), -f[node])])

@@ -66,9 +66,3 @@ class Intervals(SafeSet):
         forward, backward, opening = motions
         lift = self.task.friction * (forward + backward) + opening
         return Mechanism(forward - backward, lift, self.task.friction, *self.held()), forward + backward
-
-    @property
-    def narrows(self) -> bool:
-        """See `SafeSet.narrows`."""
-        ways = ("forward", "backward", "opening")[: 3 if self.task.opening else 2]
-        return not self.task.fixed and all((self._values[way] >= 0).all() for way in ways) and bool((self.task.w1.min(axis=0) <= 0).all())

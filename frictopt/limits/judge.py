@@ -81,7 +81,7 @@ def judged_margin(v: SafeSet, load_factor: float | None) -> SafeSlip:
     at = float(v.load_factor.value) * task.load_unit if load_factor is None else load_factor
     motion, bounds, slips = _weighed(v)
     share = (1 - cap) / slips if slips > 0 and cap < 1 else 0.0
-    motion, rate = motion.scaled(share), share * float(np.sum(bounds * task.reactions(at, slip)[1]))
+    motion, rate = motion.scaled(share), share * float(np.sum(bounds * task.states(at, slip)[3]))
     resistance, drive = task.work(motion)
     if load_factor is None:  # a free load factor >= 0 can only help against a drive below zero
         drive = min(drive, 0.0)
@@ -95,7 +95,7 @@ def judged_margin(v: SafeSet, load_factor: float | None) -> SafeSlip:
     gap = abs(bound - off - margin) + off  # a defect that closes the gap counts for slips like this one alone
     whole, every, motion = on_whole(task, slip, motion)
     asked, own = (whole, every) if task.lift is None else (task, slip)  # the reserve of closed nodes, and of gaps, is that of their own question
-    pull = float(-asked.reactions(at, own)[1].min() / asked.force) if margin >= 0 else 0.0
+    pull = float(-asked.states(at, own)[3].min() / asked.force) if margin >= 0 else 0.0
     residual = float(np.nan_to_num(max(gap, margin - asked.reserve(at, own), pull, asked.beyond(own), v.own.violation), nan=np.inf))
     if load_factor is None and bound < -RESIDUAL:  # nothing is safe at any load factor: no more is asked, and the upper bound alone proves it
         residual = off / -bound / _FAR

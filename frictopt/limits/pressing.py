@@ -49,7 +49,7 @@ class Pressing:
 
     def __init__(self, v: SafeSet, load_factor: float) -> None:
         task, slip = v.task, v.solved_slip
-        q, p = task.reactions(load_factor, slip)
+        _, _, q, p = task.states(load_factor, slip)
         self.least = float(min(p.min() / task.force, 1.0))
         self.friction = float((lengths(q, p) / p).max()) if self.least > _NO_LEAST_PRESSURE else np.inf
         cap, rule = v.cap("cap"), ruling(-task.p0, -task.p1, load_factor)

@@ -115,29 +115,19 @@ class LimitQuestion:
                 "which is lost in their rounding; give less, or check the units of the load cases"
             )
 
-    def reactions(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
-        """(K, N) or (K, N, 2) and (K, N) reactions `q, p` at the corners under a residual slip; none on open nodes."""
-        if self.give is None:
-            q, p = self.change(slip)
-            return self.q0 + q + load_factor * self.q1, self.p0 + p + load_factor * self.p1
-        axes = self.system.tangents + 1
-        r = self._at_corners(load_factor) + joined(*self.states(load_factor, slip)) @ self.system.S
-        return parted(r * np.tile(self.closed, axes), axes)
+    def states(self, load_factor: float, slip: Array) -> tuple[Array, Array, Array, Array]:
+        """Slips, gaps and reactions `v, w, q, p` at the corners, (K, N) or (K, N, 2), under a residual slip; open nodes leave it and carry nothing."""
+        axes, closed = self.system.tangents + 1, np.tile(self.closed, self.system.tangents + 1)
+        u = joined(slip, np.zeros(len(slip))) * closed
+        r = joined(self.q0, self.p0) + load_factor * joined(self.q1, self.p1) + self.AB @ u[: self.AB.shape[1]]
+        if self.give is not None:
+            follow = r @ self.give
+            u, r = u - follow, (r - follow @ self.system.S) * closed
+        return (*parted(np.broadcast_to(u, r.shape), axes), *parted(r, axes))
 
     def change(self, slip: Array) -> tuple[Array, Array]:
         """Reactions `A v, B v` that a residual slip, (N,) or (N, 2), adds to those of the closed contact."""
         return parted(self.AB @ slip.T.ravel(), self.system.tangents + 1)
-
-    def states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
-        """(K, N) or (K, N, 2) slips and (K, N) gaps at the corners under a residual slip, which open nodes leave."""
-        if self.give is None:
-            return np.broadcast_to(slip, self.q1.shape), np.zeros_like(self.p1)
-        axes = self.system.tangents + 1
-        held = joined(slip, np.zeros(len(slip))) * np.tile(self.closed, axes)
-        return parted(held - (self._at_corners(load_factor) + held @ self.system.S) @ self.give, axes)
-
-    def _at_corners(self, load_factor: float) -> Array:
-        return joined(self.q0, self.p0) + load_factor * joined(self.q1, self.p1)
 
     def own(self, slip: Array) -> Array:
         """What a slip of the whole contact is on the closed nodes of a question on these."""
@@ -152,14 +142,14 @@ class LimitQuestion:
 
     def violation(self, load_factor: float, slip: Array) -> float:
         """How far the slip of a whole contact is from being safe: its largest violation of the contact law over the corners, or of its bound."""
-        (v, w), r = self.states(load_factor, slip), joined(*self.reactions(load_factor, slip))
+        v, w, q, p = self.states(load_factor, slip)
         bonded = joined(*reactions(self.system, self.cycle.unscaled)) + load_factor * joined(self.q1, self.p1)
-        off = off_law(self.system, self.friction, bonded, joined(v, w - self.system.gap), r, self.force)
+        off = off_law(self.system, self.friction, bonded, joined(v, w - self.system.gap), joined(q, p), self.force)
         return float(np.nan_to_num(max(off.max(), self.beyond(slip)), nan=np.inf))
 
     def reserve(self, load_factor: float, slip: Array) -> float:
         """The margin of a slip, see `SafeSlip.margin`."""
-        q, p = self.reactions(load_factor, slip)
+        _, _, q, p = self.states(load_factor, slip)
         closed = float(min((self.friction * p - lengths(q, p)).min(), p.min() if self.opening else np.inf)) / self.mean_bound
         return min(closed, float(self.gaps(load_factor, slip).min(initial=np.inf)) / self.clearance)
 

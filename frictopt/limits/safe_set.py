@@ -125,11 +125,6 @@ class SafeSet(ABC):
         These are the sizes of its slips, or more: where a node without shear is on its bounds all around, they balance each other.
         """
 
-    @property
-    @abstractmethod
-    def narrows(self) -> bool:
-        """Whether the cyclic load only narrows the rows, so that what is safe at any load factor is so at 0."""
-
     def program(self, goal: cp.Maximize | cp.Minimize, rows: Rows) -> cp.Problem:
         """A problem of the rows by their names, and those of the slip bound."""
         bounded = {} if self.task.most is None else self._bounded(self.task.most)

@@ -9,21 +9,22 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients
+from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import LimitKind
-from ..contact.checks import Array, Booleans, frozen, whole_number
-from ..contact.cycle import checked_cycle, reactions
+from ..contact.checks import Array, frozen, whole_number
+from ..contact.cycle import reactions
 from ..contact.diagnosis import unscaled_diagnosis
-from ..contact.record import Attempt, SolveRecord, WithSlip
-from ..contact.show import Plotted, components, frame, places
-from ..contact.system import checked_system
+from ..contact.record import Attempt, SolveRecord
+from ..contact.show import components, frame, places
 from ..contact.tolerances import RESIDUAL
 from ..solve.bounds import BoundStatus
 from ..solve.explain import Units, explain
+from .answered import Answered
 from .open_nodes import border
-from .open_sets import OpenSetLimit
+from .question import LimitQuestion, pose
 from .separated import SeparatedProblem
 from .separated_sets import best_open_set
+from .shakedown_result import ShakedownLimit
 
 _ONE_LIMIT = 1e3 * RESIDUAL  # relative distance of limit and bound up to which they are one: mixed-integer programs are solved to a part of it
 _RANGE, _WIDER, _ROUNDS = 2.0, 4.0, 4  # load factors that the bound covers, over the limit; how much wider where a state comes to their end
@@ -31,13 +32,11 @@ _MOST_BOOLEANS = 40  # above which a bound takes more than seconds
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SeparatedLimit(WithSlip, Plotted):
+class SeparatedLimit(Answered):
     """The largest load factor at which some nodes stay open and the others closed and stuck, and what is known above it.
 
     Attributes
     ----------
-    system, cycle, friction
-        The contact, its load cycle, and (N,) coefficients of friction.
     load_factor
         At it and down to `least` the contact rests with the nodes `open`. Inf: at every load factor from `least` on. NaN: no such state is known, see
         `reason`.
@@ -51,12 +50,8 @@ class SeparatedLimit(WithSlip, Plotted):
         What the bound holds for, in words.
     kind, reason
         What kind of answer it is, and how it is known, in words.
-    slip, state
-        Slip (N,) or (N, 2) at the last corner, length; and the whole state there, from which a transient rests. NaN and None without one.
-    open
-        (N,) which nodes are open, at all corners.
-    reactions
-        (K, N) or (K, N, 2) and (K, N) reactions `q, p` at the corners, force, zero where open; NaN where `load_factor` is not finite.
+    slip
+        (N,) or (N, 2) slip at the last corner, length; NaN without one. `state` is the whole state there, from which a transient rests.
     record
         How it was found. Its `residual` is the largest violation of the contact law at the corners. At most 1e-9.
     problem
@@ -72,9 +67,6 @@ class SeparatedLimit(WithSlip, Plotted):
     """
 
     _said = ("load_factor", "least", "bound", "proven", "kind", "largest_slip", "residual", "reason")
-    system: ContactSystem = field(repr=False)
-    cycle: LoadCycle = field(repr=False)
-    friction: Array = field(repr=False)
     load_factor: float
     least: float
     bound: float
@@ -83,11 +75,9 @@ class SeparatedLimit(WithSlip, Plotted):
     kind: LimitKind
     reason: str
     slip: Array = field(repr=False)
-    state: ContactState | None = field(repr=False)
-    open: Booleans = field(repr=False)
-    reactions: tuple[Array, Array] = field(repr=False)
     record: SolveRecord
     problem: cp.Problem | None = field(repr=False)
+    _task: LimitQuestion = field(repr=False)
     _units: Units = field(repr=False)
 
     def to_frame(self) -> pd.DataFrame:
@@ -145,40 +135,27 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike
     (True, [True, False, False, False, True], True)
     """
     began = time.perf_counter()
-    f = np.array(friction_coefficients(friction, checked_system(system).nodes))
-    loads = checked_cycle(cycle).corner_reactions(system)
-    most_nodes = whole_number("most_nodes", most_nodes, least=1)
-    best = best_open_set(system, cycle, f, whole_number("most_sets", most_sets, least=1))
-    nothing = tuple(frozen(np.full_like(load, np.nan)) for load in loads)
-    bound = _bound(system, cycle, f, best, most_nodes)
+    task, most_nodes = pose(system, cycle, friction), whole_number("most_nodes", most_nodes, least=1)
+    best = best_open_set(task, whole_number("most_sets", most_sets, least=1))
+    bound = _bound(task, best, most_nodes)
     largest = np.nan if best is None else best.load_factor
     proven = bool(largest == np.inf or bound.value <= largest * (1 + _ONE_LIMIT) or (best is None and np.isnan(bound.value)))
-    known = best is not None and np.isfinite(largest)
+    state = None if best is None else best.state
     return SeparatedLimit(
-        system=system,
-        cycle=cycle,
-        friction=frozen(f),
         load_factor=float(largest),
         least=np.nan if best is None else best.least,
         bound=float(bound.value),
         proven=proven,
         covers="for cycles in which closed nodes stick and each node opens or closes at most once on the way from corner to corner"
         + (f", at load factors up to {bound.up_to:.6g}" if np.isfinite(bound.up_to) else ""),
-        kind=LimitKind.NO_SAFE_SLIP if best is None else LimitKind.FINITE if known else LimitKind.UNBOUNDED,
-        reason=_reason(system, cycle, f, best, bound, proven),
-        slip=frozen(best.slip[-1] if best is not None and known else np.full(system.slip_shape, np.nan)),
-        state=_last_state(best, system, cycle, largest) if best is not None and known else None,
-        open=np.zeros(system.nodes, dtype=bool) if best is None else best.opened,
-        reactions=(frozen(best.q), frozen(best.p)) if best is not None and known else (nothing[0], nothing[1]),
+        kind=LimitKind.NO_SAFE_SLIP if best is None else best.kind,
+        reason=_reason(task, best, bound, proven),
+        slip=frozen(np.full(system.slip_shape, np.nan)) if state is None else state.slip,
         record=SolveRecord("HIGHS", bound.attempts, 0.0 if best is None else best.residual, (), time.perf_counter() - began),
         problem=bound.problem,
+        _task=task if best is None else best._task,
         _units=bound.units,
     )
-
-
-def _last_state(best: OpenSetLimit, system: ContactSystem, cycle: LoadCycle, load_factor: float) -> ContactState:
-    """The state at the last corner."""
-    return ContactState(best.slip[-1], best.gap[-1], *system.reaction(cycle.at(load_factor)[-1]), next_loads=cycle.corner_names[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,20 +170,21 @@ class _Bound:
     units: Units = field(default_factory=dict)
 
 
-def _bound(system: ContactSystem, cycle: LoadCycle, friction: Array, best: OpenSetLimit | None, most_nodes: int) -> _Bound:
+def _bound(task: LimitQuestion, best: ShakedownLimit | None, most_nodes: int) -> _Bound:
     """The bound over ever wider ranges of load factors, as long as a state comes to their end."""
-    largest, booleans = 0.0 if best is None else best.load_factor, system.nodes * len(cycle.corners)
+    largest, booleans = 0.0 if best is None else best.load_factor, task.p1.size
     if largest == np.inf:
         return _Bound(np.inf, np.inf, "")
-    if system.tangents > 1:
+    if task.system.tangents > 1:
         return _Bound(np.inf, np.inf, "no bound, for the mixed-integer program is one of straight lines, and friction circles are not")
     if booleans > _MOST_BOOLEANS:
         return _Bound(np.inf, np.inf, f"no bound, for a mixed-integer program of {booleans} booleans is not tried")
-    mean, cyclic = np.abs(reactions(system, cycle.unscaled)).sum(axis=(0, 2)).max(), np.abs(cycle.corner_reactions(system)).sum(axis=(0, 2)).max()
-    up_to = _RANGE * (largest or (float(mean / cyclic) if mean > 0 and cyclic > 0 else 1.0))
+    system, cycle = task.system, task.cycle
+    mean, cyclic = (float(np.abs(reactions(system, loads)).sum(axis=(0, 2)).max()) for loads in (cycle.unscaled, cycle.corners))
+    up_to = _RANGE * (largest or (mean / cyclic if mean > 0 and cyclic > 0 else 1.0))
     attempts: list[Attempt] = []
     for _ in range(_ROUNDS):
-        model = SeparatedProblem(system, cycle, friction, up_to)
+        model = SeparatedProblem(system, cycle, task.friction, up_to)
         bounds, states, problem = model.search(largest * (1 - _ONE_LIMIT), most_nodes)
         attempts.append(Attempt("HIGHS", f"load factors up to {up_to:.6g}: {bounds.status.value}", 0.0))
         value, why = np.inf, ""
@@ -225,14 +203,14 @@ def _bound(system: ContactSystem, cycle: LoadCycle, friction: Array, best: OpenS
     return _Bound(np.inf, up_to / _WIDER, why, tuple(attempts), problem, dict(model.units))
 
 
-def _reason(system: ContactSystem, cycle: LoadCycle, friction: Array, best: OpenSetLimit | None, bound: _Bound, proven: bool) -> str:
+def _reason(task: LimitQuestion, best: ShakedownLimit | None, bound: _Bound, proven: bool) -> str:
     if best is None:
         none = f", and the mixed-integer program finds none at load factors up to {bound.up_to:.6g}" if proven else ""
-        return f"no set of open nodes is known to rest{none}: {unscaled_diagnosis(system, cycle, friction)}"
+        return f"no set of open nodes is known to rest{none}: {unscaled_diagnosis(task.system, task.cycle, task.friction)}"
     start = " from some on, which rounding hides" if np.isnan(best.least) else f" from {best.least:.6g} on" if best.least > 0 else ""
-    nodes = f"{int(best.opened.sum())} of {system.nodes} nodes"
+    nodes = f"{int(best.open.sum())} of {task.system.nodes} nodes"
     if best.load_factor == np.inf:
         return f"the limit is infinite: the contact rests with {nodes} open at every load factor{start}"
     text = f"the contact rests with {nodes} open at all load factors up to this one{start}"
-    text += border(system, best.opened, best.active[0], best.p) if best.active else ""
+    text += border(task.system, best.open, int(best.mechanism["node"][0]), best.reactions[1]) if len(best.mechanism) else ""
     return f"{text}; {'the mixed-integer program finds no state above it' if proven else bound.why}"

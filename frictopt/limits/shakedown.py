@@ -1,7 +1,6 @@
 """The shakedown limit lambda_2: the load factor above which no residual slip is safe (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987)."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import cvxpy as cp
@@ -149,7 +148,7 @@ class ShakedownModel(SafeModel):
         if under:
             v.own.save()
         if limit.kind is not LimitKind.NO_SAFE_SLIP and limit.objective is None:
-            limit = replace(limit, least=0.0) if v.narrows and not v.own.rows else with_least_load(limit, v, solver)
+            limit = with_least_load(limit, v, solver)
         if limit.kind is LimitKind.FINITE:  # in space the limit is what its slip carries
             v.load_factor.save_value(np.array(limit.load_factor / v.task.load_unit))
         return limit
