@@ -116,7 +116,7 @@ class LimitQuestion:
             )
 
     def states(self, load_factor: float, slip: Array) -> tuple[Array, Array, Array, Array]:
-        """Slips, gaps and reactions `v, w, q, p` at the corners, (K, N) or (K, N, 2), under a residual slip; open nodes leave it and carry nothing."""
+        """Slips, gaps, reactions `v, w, q, p` at corners, (K, N) or (K, N, 2), under a residual slip; open nodes leave it, and carry nothing."""
         axes, closed = self.system.tangents + 1, np.tile(self.closed, self.system.tangents + 1)
         u = joined(slip, np.zeros(len(slip))) * closed
         r = joined(self.q0, self.p0) + load_factor * joined(self.q1, self.p1) + self.AB @ u[: self.AB.shape[1]]

@@ -1,6 +1,7 @@
 """The shakedown limit lambda_2: the load factor above which no residual slip is safe (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987)."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import cvxpy as cp
@@ -10,6 +11,7 @@ import pandas as pd
 from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import LimitKind
 from ..contact.checks import listed, warns_of_odd_values
+from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
 from ..solve.solvers import solve
 from .circles import helpless
@@ -148,7 +150,8 @@ class ShakedownModel(SafeModel):
         if under:
             v.own.save()
         if limit.kind is not LimitKind.NO_SAFE_SLIP and limit.objective is None:
-            limit = with_least_load(limit, v, solver)
+            plain = limit.kind is LimitKind.FINITE and not v.own.rows and limit._task.violation(0.0, limit.slip) <= RESIDUAL
+            limit = replace(limit, least=0.0) if plain else with_least_load(limit, v, solver)
         if limit.kind is LimitKind.FINITE:  # in space the limit is what its slip carries
             v.load_factor.save_value(np.array(limit.load_factor / v.task.load_unit))
         return limit
