@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..contact import LoadCycle
 from ..contact.checks import Array
 from ..contact.coulomb import lengths
 from ..contact.tolerances import RESIDUAL, ROUNDING
@@ -12,7 +13,7 @@ from ..errors import ModelError, SolverError
 from ..limits import ShakedownLimit, guaranteed_limit
 from ..limits.admissible import AdmissibleSlips
 from ..limits.mirrors import images_of
-from ..limits.question import LimitQuestion
+from ..limits.question import LimitQuestion, pose
 
 _PARALLEL = ROUNDING  # directions of unit length that differ by less are one
 _BEYOND = 3.0, 10.0  # multiples of the extreme slips from which nodes open on the way to the mean load
@@ -48,24 +49,25 @@ class RangeStarts:
     @cached_property
     def under_mean_load(self) -> dict[str, Array]:
         """The admissible slips under the mean load that go furthest in each direction, each once."""
-        return self._furthest(*self._task.cycle.mean_reaction(self._task.system), "under the mean load")
+        return self._furthest(self._task.cycle.mean, "under the mean load")
 
     def at_corners(self) -> dict[str, Array]:
         """The same at every corner."""
-        task, slips = self._task, dict[str, Array]()
-        corners = task.q0 + self._load_factor * task.q1, task.p0 + self._load_factor * task.p1
-        for name, q, p in zip(task.cycle.corner_names, *corners, strict=True):
-            slips |= self._furthest(q, p, f"at {name}")
+        cycle, slips = self._task.cycle, dict[str, Array]()
+        for name, loads in zip(cycle.corner_names, cycle.at(self._load_factor), strict=True):
+            slips |= self._furthest(loads, f"at {name}")
         return slips
 
-    def _furthest(self, q: Array, p: Array, place: str) -> dict[str, Array]:
+    def _furthest(self, loads: Mapping[str, float], place: str) -> dict[str, Array]:
+        system, friction, most = self._task.system, self._task.friction, self._task.most
+        tractions = (direction.T.ravel() @ self._slips.unknowns.to_slip for direction in self._directions.values())
         try:
-            slips = self._slips.furthest(q, p, self._directions)
-        except SolverError:
+            slips = self._slips.furthest(pose(system, LoadCycle(loads, [{}]), friction, slip_bound=most), 0.0, tractions)
+        except (ModelError, SolverError):
             return {}  # some starts less; the range is that of the starts followed
         found = dict[str, Array]()
-        for name, slip in slips.items():
-            if all(np.abs(slip - other).max() > RESIDUAL * np.abs(slip).max() for other in found.values()):
+        for name, slip in zip(self._directions, slips, strict=True):
+            if slip is not None and all(np.abs(slip - other).max() > RESIDUAL * np.abs(slip).max() for other in found.values()):
                 found[f"{name}, {place}"] = slip
         return found
 

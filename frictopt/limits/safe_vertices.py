@@ -2,16 +2,12 @@
 
 from typing import Any
 
-import cvxpy as cp
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_array, finite_number, frozen, warns_of_odd_values
-from ..solve.solvers import NoOptimum, solve
-from .admissible import SlipClaim
+from .admissible import AdmissibleSlips
 from .question import pose
-from .safe_model import safe_set
-from .shakedown import shakedown_problem
 
 
 @warns_of_odd_values
@@ -57,26 +53,8 @@ def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_f
     >>> fo.starts.safe_vertices(system, cycle, friction=0.5, load_factor=0.3, directions=[[1.0, 0.0], [0.0, 1.0]]).shape
     (2, 2)
     """
-    factor = finite_number("load_factor", load_factor, least=0.0)
-    task = pose(system, cycle, friction, simplify=False)
-    v = safe_set(task)
-    v.ask(task)
-    given = finite_array("directions", directions, (None, *system.slip_shape))
-    directions = np.moveaxis(given.reshape(len(given), system.nodes, system.tangents), 2, 1).reshape(len(given), system.nodes * system.tangents)[
-        :, v.loaded
-    ]
-    direction = cp.Parameter(v.traction.size, name="direction")
-    at = v.load_factor == factor / task.load_unit
-    problem = cp.Problem(cp.Maximize(direction @ v.traction), [*shakedown_problem(v).constraints, at])
-
-    def vertex() -> SlipClaim:
-        return SlipClaim(v.solved_slip, task.violation(factor, v.solved_slip))
-
-    found = []
-    for along in directions:
-        direction.value = along / (np.abs(along).max(initial=0.0) or 1.0)
-        try:
-            found.append(solve(problem, vertex)[0].slip)
-        except NoOptimum:
-            continue
-    return frozen(np.array(found).reshape(-1, *system.slip_shape))
+    factor, task = finite_number("load_factor", load_factor, least=0.0), pose(system, cycle, friction, simplify=False)
+    slips, given = AdmissibleSlips(task), finite_array("directions", directions, (None, *system.slip_shape))
+    along = np.moveaxis(given.reshape(len(given), system.nodes, system.tangents), 2, 1).reshape(len(given), system.nodes * system.tangents)
+    found = slips.furthest(task, factor, along[:, slips.unknowns.loaded])
+    return frozen(np.reshape([slip for slip in found if slip is not None], (-1, *system.slip_shape)))
