@@ -79,7 +79,7 @@ def on_whole(task: LimitQuestion, slip: Array, motion: Mechanism) -> tuple[Limit
     for corner, at, sign in zip(corners, places, signs, strict=True):
         mean[np.ix_(corner, at)] += sign * own / len(corners)
     slips, lift = parted(mean * closed, axes)
-    lift = np.maximum(lift, friction * lengths(slips, lift))  # but for rounding it is so
+    lift = np.maximum(lift, friction * lengths(slips, lift)) if len(corners) > 1 else lift  # but for rounding it is so
     if whole.give is not None:
         moved = joined(slips, lift)
         slips, lift = parted(moved - (moved @ whole.system.S + mean * ~closed) @ whole.give, axes)

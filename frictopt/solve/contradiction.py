@@ -78,8 +78,10 @@ def _least_excess(form: StandardForm, right: Array, objective: Array | None, sol
     s, names = right - form.matrix @ z, np.array([row.label for row in form.rows for _ in range(row.size)])
     rows, extra = [excess >= 0], [] if objective is None else [objective @ z + excess >= 1]
     rows += [s[: form.zero] == 0] if form.zero else []
-    rows += [s[form.linear] + excess >= 0] if len(form.linear) else []
-    rows += [cp.SOC(s[cone[:, 0]] + excess, cp.reshape(s[cone[:, 1:].ravel()], cone[:, 1:].shape, order="C"), axis=1) for cone in form.cones]
-    labels = [*names[: form.zero], "", *names[form.linear], *([""] * len(extra)), *(names[i] for cone in form.cones for i in cone.ravel())]
+    for cone in form.cones:
+        bound, across = s[cone[:, 0]] + excess, cone[:, 1:]
+        rows += [cp.SOC(bound, cp.reshape(s[across.ravel()], across.shape, order="C"), axis=1) if across.size else bound >= 0]
+    linear, cones = ([i for cone in form.cones if (cone.shape[1] > 1) is wide for i in cone.ravel()] for wide in (False, True))
+    labels = [*names[: form.zero], "", *names[linear], *([""] * len(extra)), *names[cones]]
     model = _Relaxed(cp.Problem(cp.Minimize(excess), [*rows, *extra]), labels)
     return solve(model.problem, model.claim, solver)[0]

@@ -26,14 +26,14 @@ Integers = NDArray[np.intp]
 class StandardForm:
     """A program as cvxpy compiled it: `max objective @ z` over the z whose slacks `s = right - matrix @ z` are in cones.
 
-    The first slacks are zero, the next ones are >= 0, and the rest are in cones `|s[1:]| <= s[0]`.
+    The first slacks are zero, and the rest are in cones `|s[1:]| <= s[0]`: those of a linear row are of dimension 1.
 
     Attributes
     ----------
     matrix, right, objective
         Its data.
-    zero, linear, cones
-        How many slacks are zero; the indices of those that are >= 0; and of those of the cones, (n, d) for each dimension d.
+    zero, cones
+        How many slacks are zero, and the indices of those of the cones, (n, d) for each dimension d.
     z, y
         The variables and multipliers that stand in a solved problem: `objective = matrix.T @ y`, y free, >= 0 and in cones like s.
     """
@@ -45,9 +45,8 @@ class StandardForm:
         self._variables = sorted((variable for variable in problem.variables() if variable.size), key=lambda variable: int(columns[variable.id]))
         kinds = ((cp.constraints.Equality, cp.constraints.Zero), (cp.constraints.Inequality, cp.constraints.NonNeg, cp.constraints.NonPos), cp.SOC)
         self.rows = [row for kind in kinds for row in problem.constraints if isinstance(row, kind)]
-        self.zero, self.linear = int(dims.zero), np.arange(dims.zero, dims.zero + dims.nonneg)
-        sizes = np.array(dims.soc, dtype=int)
-        starts = dims.zero + dims.nonneg + np.cumsum(sizes) - sizes
+        self.zero, sizes = int(dims.zero), np.r_[np.ones(dims.nonneg, dtype=int), np.array(dims.soc, dtype=int)]
+        starts = dims.zero + np.cumsum(sizes) - sizes
         self.cones: list[Integers] = [starts[sizes == size][:, None] + np.arange(size) for size in np.unique(sizes)]
         if problem.status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
             self.z: Array = np.concatenate([np.ravel(variable.value, order="F") for variable in self._variables])
@@ -60,7 +59,6 @@ class StandardForm:
     def admissible(self, y: Array) -> Array:
         """The multipliers nearby that are in their cones."""
         y = y.copy()
-        y[self.linear] = np.maximum(y[self.linear], 0.0)
         for cone in self.cones:
             y[cone[y[cone[:, 0]] < 0]] = 0.0
             y[cone[:, 0]] = np.maximum(y[cone[:, 0]], np.linalg.norm(y[cone[:, 1:]], axis=1))
@@ -90,16 +88,15 @@ class StandardForm:
         if not (np.isfinite(z).all() and np.isfinite(y).all()):
             return np.inf
         s = self.slack(z)
-        outside = [np.abs(s[: self.zero]).max(initial=0.0), -s[self.linear].min(initial=0.0)]
-        outside += [(np.linalg.norm(s[cone[:, 1:]], axis=1) - s[cone[:, 0]]).max(initial=0.0) for cone in self.cones]
-        return float(max(*outside, np.abs(self.matrix.T @ y - self.objective).max(), abs(y @ s)))
+        outside = [(np.linalg.norm(s[cone[:, 1:]], axis=1) - s[cone[:, 0]]).max(initial=0.0) for cone in self.cones]
+        return float(max(*outside, np.abs(s[: self.zero]).max(initial=0.0), np.abs(self.matrix.T @ y - self.objective).max(), abs(y @ s)))
 
     def save(self, z: Array, y: Array) -> None:
         """Put variables and multipliers into the problem."""
-        for variable, part in zip(self._variables, _split(z, [v.size for v in self._variables]), strict=True):
-            variable.save_value(part.reshape(variable.shape, order="F"))
-        for row, part in zip(self.rows, _split(y, [row.size for row in self.rows]), strict=True):
-            row.save_dual_value(part if isinstance(row, cp.SOC) else part.reshape(row.shape, order="F"))
+        parts = [*self._variables, *self.rows]
+        for part, values in zip(parts, np.split(np.r_[z, y], np.cumsum([part.size for part in parts])[:-1]), strict=True):
+            save = part.save_value if isinstance(part, cp.Variable) else part.save_dual_value
+            save(values if isinstance(part, cp.SOC) else values.reshape(part.shape, order="F"))
 
 
 def polish(problem: cp.Problem) -> None:
@@ -140,12 +137,7 @@ def _tried(form: StandardForm, free: Array | None) -> Iterator[tuple[Array, Arra
 def _shares(form: StandardForm) -> list[float]:
     """Ratios of multiplier to slack in the middle of the widest gaps between those of all rows and cones, the widest gap first."""
     s = form.slack(form.z)
-    slack, multiplier = [s[form.linear]], [form.y[form.linear]]
-    for cone in form.cones:
-        for room, by in _sides(s[cone], form.y[cone]):
-            slack.append(room)
-            multiplier.append(by)
-    room, by = np.concatenate(slack), np.concatenate(multiplier)
+    room, by = np.hstack([side for cone in form.cones for side in _sides(s[cone], form.y[cone])])
     ratios = np.where(room > 0, by / np.where(room > 0, room, 1.0), np.inf)
     powers = np.sort(np.log10(np.clip(ratios, _LEAST_RATIO, 1 / _LEAST_RATIO)))
     return [float(10 ** powers[[k, k + 1]].mean()) for k in np.argsort(-np.diff(powers), kind="stable")[:_GAPS]]
@@ -158,16 +150,16 @@ def _sides(s: Array, y: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]
 
 
 class _Active:
-    """The rows and cones that are active at a point: slacks that vanish, and cones whose slack is on the boundary."""
+    """The cones that are active at a point: at their apex, where all slacks vanish, or on their boundary."""
 
     def __init__(self, form: StandardForm, free: Array | None, z: Array, y: Array, share: float) -> None:
         self._form, self._free, s = form, free, form.slack(z)
-        shut, self._on = [form.linear[y[form.linear] > share * s[form.linear]]], list[Integers]()
+        shut, self._on = list[Integers](), list[Integers]()
         for cone in form.cones:
             (slack, slid), (tip, excess) = _sides(s[cone], y[cone])
             apex = excess > share * tip
             shut.append(cone[apex].ravel())
-            self._on.append(cone[(slid > share * slack) & ~apex & s[cone[:, 1:]].any(axis=1)])
+            self._on += [cone[(slid > share * slack) & ~apex & s[cone[:, 1:]].any(axis=1)]] if cone.shape[1] > 1 else []
         self._shut = np.concatenate(shut)
 
     def same_as(self, other: "_Active") -> bool:
@@ -246,7 +238,3 @@ def _multipliers(row: cp.Constraint) -> Array:
     bound, vectors = row.dual_value
     vectors = np.asarray(vectors).reshape(-1, np.size(bound), order="F").T if row.axis == 0 else vectors
     return np.column_stack([np.atleast_1d(bound), vectors]).ravel()
-
-
-def _split(values: Array, sizes: list[int]) -> list[Array]:
-    return np.split(values, np.cumsum(sizes)[:-1])
