@@ -1,5 +1,7 @@
 """Diagnosis of the mean load in sentences: why a contact has no limit, or no state from which a transient can start."""
 
+from math import hypot
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -76,7 +78,7 @@ def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: 
     system, friction
         The contact and its (N,) coefficients of friction.
     q, p
-        (N,) reactions of the state.
+        (N,) reactions of the state, q (N, 2) in space, where a contact has the resultant of its components.
     force
         Size of the forces: what is within rounding of it is none.
     """
@@ -84,9 +86,9 @@ def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: 
     texts = []
     for name in dict.fromkeys(names.tolist()):
         own, floor = names == name, CONDENSATION * force
-        P, Q, most = (total if abs(total := float(part[own].sum())) > floor else 0.0 for part in (p, q, friction * p))
+        P, most, *Q = (total if abs(total := float(part[own].sum())) > floor else 0.0 for part in (p, friction * p, *q.reshape(len(p), -1).T))
         pressed = f"a normal force of {P:.3g} on {int((p[own] > floor).sum())} of {int(own.sum())} nodes"
-        texts.append(f"{name} has {pressed} and a shear force of {abs(Q):.3g}, of at most f p = {most:.3g}")
+        texts.append(f"{name} has {pressed} and a shear force of {hypot(*Q):.3g}, of at most f p = {most:.3g}")
     return ", ".join(texts)
 
 

@@ -11,7 +11,8 @@ from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficie
 from ..contact.checks import Array, finite_array, finite_number
 from ..contact.coulomb import off_law
 from ..contact.cycle import checked_cycle, reactions
-from ..contact.parts import joined
+from ..contact.diagnosis import mean_load_diagnosis, pressing
+from ..contact.parts import joined, parted
 from ..contact.state import checked_state
 from ..contact.system import checked_system
 from ..contact.tolerances import NO_DRIVE, RESIDUAL
@@ -132,6 +133,12 @@ class Transient(ABC):
     @abstractmethod
     def at(self, place: Array) -> Self | None:
         """A copy at the same load, elsewhere: (m,), in slip scales; None if no state stands there."""
+
+    def free_body(self, r: Array) -> str:
+        """The forces of the reactions (M,) of a state, or the diagnosis of the mean load on the way to it, and the remedy for a free body."""
+        forces = pressing(self.system, self.friction, *parted(r, self.system.tangents + 1), self.force)
+        mean = f"{mean_load_diagnosis(self.system, self.cycle, self.friction)}; " if self.visited < 0 else ""
+        return f"there {forces}; {mean}hold the body by supports, or load it less"
 
     def start(self, overload: float | None = None) -> None:
         """Follow the transient to the mean load, or from an earlier state to the end of its cycle; then through a cycle at another load factor."""

@@ -90,7 +90,9 @@ class SteppedPath(Transient):
             try:
                 u, r, status = next(states)
             except (NoContinuation, SolverError) as error:
-                raise type(error)(f"{where}, increment {step} of {self.steps}: {error}") from error
+                free = isinstance(error, SolverError) and self.system.rigid_motions.size
+                hint = f"; the body may slide or open as a whole ({self.free_body(self.state.r)})" if free else ""
+                raise type(error)(f"{where}, increment {step} of {self.steps}: {error}{hint}") from error
             before = self.state
             moved = np.sqrt(((u - before.u)[:-n].reshape(-1, n) ** 2).sum(axis=0)) * (status != OPEN)
             bound = self.friction * (before.r + r)[-n:] / 2

@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike
 from ...contact import ContactState, ContactSystem, LoadCycle
 from ...contact.checks import Array, flag
 from ...contact.coulomb import off_law
-from ...contact.diagnosis import mean_load_diagnosis, pressing
 from ...contact.history import turning_points
 from ...contact.system import checked_plane
 from ...contact.tolerances import RESIDUAL
@@ -120,14 +119,6 @@ class ExactPath(Transient):
         self.state.status[opened] = OPEN
         self._record = new_record(_ROWS if flag("keep", keep) else 0, nodes)
 
-    @property
-    def _free_body(self) -> str:
-        """The forces of the present state, or the diagnosis of the mean load on the way to it, and the remedy for a free body, as a sentence."""
-        q, p = np.split(self.state.r, 2)
-        forces = pressing(self.system, self.friction, q, p, self.force)
-        mean = f"{mean_load_diagnosis(self.system, self.cycle, self.friction)}; " if self.visited < 0 else ""
-        return f"there {forces}; {mean}hold the body by supports, or load it less"
-
     def run_cycle(self) -> None:
         """Follow the path once through all corners of the cycle."""
         for leg in self.legs:
@@ -221,13 +212,13 @@ class ExactPath(Transient):
 
         problem = rate_problem(self._S, self.friction, load_rate, self.state, self.scales.mean)
         if problem.floating:
-            raise NoContinuation(f"{where}: at {time:.9g} of it the contact slides or opens freely; {self._free_body}")
+            raise NoContinuation(f"{where}: at {time:.9g} of it the contact slides or opens freely; {self.free_body(self.state.r)}")
         solutions = find_rates(problem, self.state.status)
         nodes = sorted(set(problem.node.tolist()))
         here = f"{where}: at {time:.9g} of it"
         hint = "often friction is above the critical value there (a node wedges itself where f exceeds A/|B|): lower it"
         if problem.sliding:
-            hint = f"the body may slide or open as a whole ({self._free_body}), or friction is above the critical value there"
+            hint = f"the body may slide or open as a whole ({self.free_body(self.state.r)}), or friction is above the critical value there"
         if not solutions.found:
             proof = "no rates obey the law" if solutions.complete else "no rates that obey the law were found"
             raise NoContinuation(f"{here} {proof}; nodes {nodes} are at their bounds and would jump; {hint}")
@@ -235,6 +226,6 @@ class ExactPath(Transient):
             both = " or ".join(str([int(status[node]) for node in nodes]) for status, _ in solutions.found)
             raise NoContinuation(f"{here} two sets of rates obey the law: nodes {nodes} may take the statuses {both}; {hint}")
         if not set_statuses(self._S, self.friction, self.state, self._active, solutions.found[0][0]):
-            raise NoContinuation(f"{here} the contact slides or opens freely, its rates are not unique; {self._free_body}")
+            raise NoContinuation(f"{here} the contact slides or opens freely, its rates are not unique; {self.free_body(self.state.r)}")
         self.fallbacks += not not_unique
         self.state.trace[2] += not solutions.complete
