@@ -44,7 +44,7 @@ FAULTS = (
     Fault("limits/mirrors.py", "a cycle without the images of its corners", "if apart[corners].any()", "if False", "mirrors"),
     Fault("limits/safe_model.py", "parts of other planes have one program", "np.stack(task.images[1:]).tobytes()", "bytes([len(task.friction)])",
           "mirrors"),
-    Fault("contact/order.py", "the critical friction by column", "shares.min(axis=1)", "shares.min(axis=0)", "order_preserving"),
+    Fault("reference/order.py", "the critical friction by column", "shares.min(axis=1)", "shares.min(axis=0)", "order_preserving"),
     Fault("contact/cycle.py", "a load case in several corners counts once", "q += np.multiply.outer", "q = np.multiply.outer", "cycle system"),
     Fault("contact/history.py", "the middle of a history", "low / 2 + high / 2", "low / 2 + high", "cycle"),
     Fault("contact/history.py", "a point at which the load turns back is left out", "if (back <= 0).all() and ", "if ", "cycle"),

@@ -177,7 +177,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         fo.limit_after_protocol,
         {**ASKED, "protocol": [fo.starts.LoadStep({"mean": 0.5})], "start": SLIP, "scan": 3, "tolerance": 0.1},
     ),
-    "order_preserving": (fo.reference.order_preserving, {"system": CONTACT, "friction": FRICTION}),
+    "order_preserving": (fo.reference.order_preserving, {"system": CONTACT}),
     "onset": (fo.onset, ASKED),
     "referee": (
         fo.reference.referee,

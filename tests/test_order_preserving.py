@@ -39,10 +39,7 @@ def violation(contact, friction, load_factor, low, high):
 
 def test_it_holds_up_to_the_friction_that_it_names():
     contact, friction = ordered_system(np.random.default_rng(0), 4)
-    assert fo.reference.order_preserving(contact, 0.5 * friction).largest_friction == pytest.approx(friction, rel=1e-12)
-    assert fo.reference.order_preserving(contact, 0.999 * friction).holds and not fo.reference.order_preserving(contact, 1.001 * friction).holds
-    table = fo.reference.order_preserving(contact, 1.001 * friction).to_frame()
-    assert (~table["holds"]).sum() >= 1 and table["critical"].min() == pytest.approx(friction, rel=1e-12)
+    assert fo.reference.order_preserving(contact).min() == pytest.approx(friction, rel=1e-12)
 
 
 def test_ordered_starts_stay_ordered():
@@ -52,7 +49,7 @@ def test_ordered_starts_stay_ordered():
         nodes = int(rng.integers(2, 6))
         contact, most = ordered_system(rng, nodes)
         friction = min(0.95 * most, 0.6)
-        assert fo.reference.order_preserving(contact, friction).holds
+        assert (fo.reference.order_preserving(contact) >= friction).all()
         low = 0.5 * rng.normal(size=nodes)
         found = violation(contact, friction, rng.uniform(0.1, 0.6), low, low + rng.uniform(0.0, 0.3, nodes))
         if found is not None:
@@ -63,18 +60,16 @@ def test_ordered_starts_stay_ordered():
 
 def test_without_the_condition_the_order_may_be_lost():
     pushing = system([[1.0, 0.6], [0.6, 1.0]], np.zeros((2, 2)), 0.0, 1.0, (0.0, 1.0), 0.0)
-    assert not fo.reference.order_preserving(pushing, 0.4).holds
+    assert fo.reference.order_preserving(pushing).max() < 0.4
     assert violation(pushing, 0.4, 1.0, np.array([0.0, 0.0]), np.array([0.3, 0.0])) > 0.01
 
 
 def test_an_uncoupled_contact_keeps_the_order_at_any_friction_or_at_none():
-    assert fo.reference.order_preserving(system([[1.0, -0.2], [-0.2, 1.0]], np.zeros((2, 2)), 0.0, 1.0, 1.0, 0.0), 50.0).largest_friction == np.inf
-    assert fo.reference.order_preserving(system([[1.0, 0.2], [0.2, 1.0]], np.zeros((2, 2)), 0.0, 1.0, 1.0, 0.0), 0.0).largest_friction == -np.inf
+    assert fo.reference.order_preserving(system([[1.0, -0.2], [-0.2, 1.0]], np.zeros((2, 2)), 0.0, 1.0, 1.0, 0.0)).min() == np.inf
+    assert fo.reference.order_preserving(system([[1.0, 0.2], [0.2, 1.0]], np.zeros((2, 2)), 0.0, 1.0, 1.0, 0.0)).min() == -np.inf
 
 
 def test_the_friction_of_a_node_counts_with_what_slips_do_to_its_own_pressure():
     """Slip of node 1 changes the pressure of node 0, not the other way round: node 0 needs -A_01 >= f_0 |B_01|, and node 1 nothing."""
     contact = system([[1.0, -0.4], [-0.4, 1.0]], [[0.0, 0.5], [0.0, 0.0]], 0.0, 1.0, 1.0, 0.0)
-    order = fo.reference.order_preserving(contact, [0.7, 50.0])
-    assert order.holds and order.critical.tolist() == [0.8, np.inf]
-    assert not fo.reference.order_preserving(contact, [0.9, 0.1]).holds
+    assert fo.reference.order_preserving(contact).tolist() == [0.8, np.inf]

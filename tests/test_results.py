@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from answers import ASKED, CHECK, CURED, DRAWN, FIRST, LEAST, LIMIT, LOWER, MOVED, NEEDED, ORDER, PAIR, PATH, REGION, REST, SAFE, SPAN, STEADY, WORN
+from answers import ASKED, CHECK, CURED, DRAWN, FIRST, LEAST, LIMIT, LOWER, MOVED, NEEDED, PAIR, PATH, REGION, REST, SAFE, SPAN, STEADY, WORN
 from systems import CYCLE
 
 
@@ -39,7 +39,6 @@ from systems import CYCLE
         (SPAN, [f"least={SPAN.least:.6g}", f"most={SPAN.most:.6g}", "residual=", "proven=False"]),
         (REST, [f"ratio={REST.ratio:.6g}", "monotonic=True", "residual="]),
         (CURED, [f"share={CURED.share:.6g}", "sampled=2", "residual="]),
-        (ORDER, ["holds=False", f"largest_friction={ORDER.largest_friction:.6g}"]),
         (MOVED, ["nodes=2", f"slipping={(np.abs(MOVED.status) == 1).sum()}", "open=0", "solver="]),
         (WORN, ["cycles=1", f"volume={WORN.volume:.6g}", "reason=1 cycles are over"]),
         (CHECK, [f"load_factor={CHECK.limit.load_factor:.6g}", f"runs={len(CHECK.runs)}", f"dies_out={CHECK.dies_out}"]),

@@ -3,7 +3,6 @@
 from .coulomb import Verdict, friction_coefficients, referee
 from .cycle import LoadCycle
 from .onset import Onset, OnsetEvent
-from .order import OrderPreserving, order_preserving
 from .record import Attempt, SolveRecord
 from .state import ContactState
 from .system import ContactSystem
@@ -15,10 +14,8 @@ __all__ = [
     "LoadCycle",
     "Onset",
     "OnsetEvent",
-    "OrderPreserving",
     "SolveRecord",
     "Verdict",
     "friction_coefficients",
-    "order_preserving",
     "referee",
 ]

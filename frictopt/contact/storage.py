@@ -14,14 +14,9 @@ _NAMES = ("S", "points", "gap", "frames", "contact", "width", "E_star", "complia
 _FORM = "frictopt contact system 7"
 
 
-def values(system: Any) -> dict[str, Any]:
-    """The parts of a contact system, but for its load cases."""
-    return {name: getattr(system, name) for name in _NAMES}
-
-
 def write(path: str | Path, system: Any) -> None:
     """Write a contact system to an npz archive under exactly this name: its parts (None as an empty array), load cases and bonded reactions."""
-    plain = {name: np.array([] if value is None else value) for name, value in values(system).items()}
+    plain = {name: np.array([] if (value := getattr(system, name)) is None else value) for name in _NAMES}
     bonded = [joined(*pair) for pair in system.bonded.values()]
     try:
         if Path(path).exists() and not Path(path).is_file():

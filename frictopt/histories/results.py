@@ -1,6 +1,6 @@
 """What questions answer: the classes of all results, for `isinstance` and for type hints; and how a store of them is read."""
 
-from ..contact import Attempt, Onset, OnsetEvent, OrderPreserving, SolveRecord, Verdict
+from ..contact import Attempt, Onset, OnsetEvent, SolveRecord, Verdict
 from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, SeparatedLimit, ShakedownLimit
 from ..transients import LoadLoop, SteadyState, Trajectory
 from .damping import DampingCurve
@@ -26,7 +26,6 @@ __all__ = [
     "LoadLoop",
     "Onset",
     "OnsetEvent",
-    "OrderPreserving",
     "RequiredFriction",
     "SafeRegion",
     "SafeSlip",

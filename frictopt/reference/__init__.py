@@ -5,11 +5,12 @@ Limits and dissipation of a load that swings between two corners: bonded reactio
 even `lam = 0`). A dissipation is the work of friction in one cycle of the steady state.
 """
 
-from ..contact import order_preserving, referee
+from ..contact import referee
 from .bonded_corner import CornerMode, bonded_corner
 from .cattaneo_mindlin import LineContact, contact_modulus
 from .half_plane import half_plane_contact, half_plane_influence
 from .half_space import half_space_contact
+from .order import order_preserving
 from .single_node import single_node_dissipation, single_node_limit
 from .sliders import foundation_rod, masing_dissipation, rod_dissipation, rod_end_displacement
 from .sliding_corner import sliding_corner_exponent
