@@ -90,7 +90,7 @@ def test_the_table_takes_fields_and_the_worst_of_several_cycles():
     stress, strains = (np.array(parts)[:, 3] for parts in zip(*(each.tensors_at_contact(2) for each in both[0]), strict=True))
     assert first["Findley"][3] == critical_planes(stress, strains, findley=0.3, crossland=0.3, fatemi_socie=0.0)["Findley"]
     tresca = np.ptp(np.linalg.eigvalsh(stress[1] - stress[0])) / 4  # without weight: of two states, a quarter of the largest difference of stresses
-    assert one.fretting_table(fields=both[0], side=2, constants={"findley": 0.0})["Findley"][3] == pytest.approx(tresca, rel=1e-6)
+    assert one.fretting_table(fields=both[0], side=2, findley=0.0)["Findley"][3] == pytest.approx(tresca, rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -109,12 +109,12 @@ def test_what_are_no_fields_is_refused(options, message):
         steady.fretting_table(**options)
 
 
-def test_unknown_constants_and_other_contacts_are_refused():
+def test_negative_weights_and_other_contacts_are_refused():
     model = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model()
     fields = [model.recover({"P": 1.0}, np.zeros(5))]
     rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     steady = fo.steady_state(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 1.0)
-    with pytest.raises(fo.ModelError, match="constants: 'miner' is unknown"):
-        steady.fretting_table(fields=fields, constants={"miner": 1.0})
+    with pytest.raises(fo.ModelError, match="crossland: -1"):
+        steady.fretting_table(fields=fields, crossland=-1.0)
     with pytest.raises(fo.ModelError, match="a contact with 5 nodes, this one has 4"):
         steady.fretting_table(fields=fields)

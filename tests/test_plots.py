@@ -336,7 +336,6 @@ EVERY = {  # answer, number of its axes
     "Trajectory": (lambda: fo.march(*ALL_ASKED, 0.5, cycles=1), 2),
     "RequiredFriction": (lambda: fo.required_friction(FIVE, FOUR_CORNERS, 0.5), 1),
     "SafeRegion": (lambda: fo.safe_region(FIVE, {"mean": 1.0}, ["cyclic", "other"], F), 1),
-    "GuaranteeCheck": (lambda: fo.guaranteed_limit(PAIR, CYCLE, F).verify(starts=10, moved=1), 1),
     "LimitAfterProtocol": (lambda: fo.limit_after_protocol(PAIR, CYCLE, F, start="worst", scan=4), 1),
     "LeastExcursion": (lambda: fo.least_excursion(PAIR, CYCLE, F, 0.6, excursion={"mean": -0.95}, samples=2), 1),
     "WearHistory": (lambda: fo.wear(replace(PAIR, width=[1.0, 2.0]), CYCLE, F, 1.5, coefficient=0.01, cycles=1), 3),

@@ -1,7 +1,6 @@
 """Pictures of required friction, of safe regions, and of what was tried in a search: what they show is what the result says."""
 
 import itertools
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -110,31 +109,3 @@ def test_a_cure_shows_the_shares_tried():
         assert drawn[name].tolist() == found.tried.loc[found.tried["outcome"] == outcome, "share"].tolist() and len(drawn[name])
     assert at(ax, "least found") == found.share and ax.get_xlabel() == "share of the largest excursion"
     assert ax.get_title() == f"least excursion found: {found.share:.4g} of the largest, to mean = {1 - 0.95 * found.share:.4g}"
-
-
-def test_a_check_of_the_guaranteed_limit_shows_how_soon_starts_of_each_kind_rest():
-    check = fo.guaranteed_limit(PAIR, CYCLE, F).verify(starts=20, moved=2)
-    ax = check.plot()
-    runs, most = check.runs, check.runs["cycles"].max()
-    assert len(labelled(ax)) == runs.groupby(["load_factor", "start"]).ngroups == 5
-    for label, line in labelled(ax).items():
-        kind = label.split(",")[0]
-        own = runs[runs["start"] == kind]
-        cycles, share = line.get_data()
-        for number in range(most + 1):
-            at_rest = ((own["outcome"] == "SHAKEDOWN") & (own["cycles"] <= number)).mean()
-            assert share[np.flatnonzero(np.asarray(cycles) <= number)[-1]] == pytest.approx(at_rest)
-        assert (cycles[0], share[0]) == (0, 0) and cycles[-1] == most
-        rests = 0 if "witness" in kind else len(own)  # above the limit none, below it all
-        assert label == rf"{kind}, $\lambda = {own['load_factor'].iloc[0]:.4g}$: {rests} of {len(own)}" and line.get_drawstyle() == "steps-post"
-    assert ax.get_title() == rf"check of the guaranteed limit $\lambda_1$ = {check.limit.load_factor:.5g}"
-    assert ax.get_xlabel() == "cycles followed" and ax.get_ylabel() == "share of the starts at rest"
-
-
-def test_the_share_at_rest_is_that_of_all_starts_of_its_kind():
-    check = fo.guaranteed_limit(PAIR, CYCLE, F).verify(starts=8, moved=0)
-    runs = check.runs.copy()
-    random = runs.index[runs["start"] == "random"]
-    runs.loc[random[::2], "outcome"] = "CYCLIC_SLIP"
-    (line,) = [line for name, line in labelled(replace(check, runs=runs).plot()).items() if name.startswith("random")]
-    assert len(random) > 1 and line.get_ydata()[-1] == (len(random) // 2) / len(random)

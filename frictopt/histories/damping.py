@@ -151,36 +151,29 @@ def damping_curve(
     system, compliance = _with_compliance(system, direction, natural_frequency)
     safe = shakedown_limit(system, cycle, f).load_factor
     guaranteed = guaranteed_limit(system, cycle, f).load_factor
-    rows, spans, residual = [], [], 0.0
+    rows, spans, residuals = [], [], []
     for factor in factors:
         states = [steady_state(system, cycle, f, factor, steps=steps, progress=False)]
-        rows.append(_measured(states[0], direction, compliance))
-        residual = max(residual, states[0].residual)
-        spans.append([np.nan] * 4)
-        if searched:
-            if not factor <= guaranteed:
-                found = dissipation_range(system, cycle, f, factor, steps=steps)
-                residual = max(residual, found.residual)
-                states += found.steady_states
-            seen = np.array([rows[-1], *(_measured(state, direction, compliance) for state in states[1:] if state.outcome is not Outcome.RATCHETING)])
-            damping, frequency = _damping(factor, *seen.T), _frequency(factor, seen[:, 0])
-            spans[-1] = [damping.min(), damping.max(), frequency.min(), frequency.max()]
+        if searched and not factor <= guaranteed:
+            found = dissipation_range(system, cycle, f, factor, steps=steps)
+            residuals.append(found.residual)
+            states += [state for state in found.steady_states if state.outcome is not Outcome.RATCHETING]
+        residuals.append(states[0].residual)
+        seen = np.array([_measured(state, direction, compliance) for state in states])
+        damping, frequency = _damping(factor, *seen.T), _frequency(factor, seen[:, 0])
+        rows.append(seen[0])
+        spans.append([damping.min(), damping.max(), frequency.min(), frequency.max()] if searched else [np.nan] * 4)
     displacement, work = np.array(rows).T
     with np.errstate(divide="ignore", invalid="ignore"):
         logs = np.where(work > 0, np.log(work), np.nan)
+    columns = factors, displacement, factors / displacement, _frequency(factors, displacement), work, _damping(factors, displacement, work)
     return DampingCurve(
-        load_factor=frozen(factors),
-        displacement=frozen(displacement),
-        stiffness=frozen(factors / displacement),
-        frequency=frozen(_frequency(factors, displacement)),
-        work=frozen(work),
-        damping=frozen(_damping(factors, displacement, work)),
+        **{name: frozen(column) for name, column in zip((*_COLUMNS, *_RANGE), (*columns, *np.transpose(spans)), strict=True)},
         exponent=frozen(np.gradient(logs, np.log(factors)) if len(factors) > 1 else [np.nan]),
-        **{name: frozen(column) for name, column in zip(_RANGE, np.transpose(spans), strict=True)},
         natural_frequency=float(_frequency(1.0, compliance)),
         guaranteed_limit=guaranteed,
         shakedown_limit=safe,
-        residual=residual,
+        residual=max(residuals),
     )
 
 

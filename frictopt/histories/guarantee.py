@@ -12,7 +12,7 @@ from ..contact.answers import Outcome
 from ..contact.checks import LARGEST_SEED, Array, finite_number, frozen, whole_number
 from ..contact.coulomb import lengths
 from ..contact.cycle import reactions
-from ..contact.show import Plotted, Shown
+from ..contact.show import Shown
 from ..errors import ModelError, NoContinuation
 from ..limits import GuaranteedLimit, safe_vertices
 from ..transients import march, steady_state
@@ -29,7 +29,7 @@ _DECADES = -1.0, 2.0  # powers of ten of the size of random slips, over the larg
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GuaranteeCheck(Shown, Plotted):
+class GuaranteeCheck(Shown):
     """The verification of a guaranteed limit by transients.
 
     Attributes

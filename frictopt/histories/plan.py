@@ -11,17 +11,12 @@ from scipy import stats
 from ..contact import ContactSystem, LoadCycle
 from ..contact.files import WRITERS, output
 from ..errors import ModelError
-from .starts import Start, no_slip, overloads, random_slips, safe_slips
+from . import starts
 
 T = TypeVar("T")
 _NEEDED = ("system", "cycle", "friction", "load_factors")
 _KNOWN = (*_NEEDED, "starts", "store", "table", "picture")
-_STARTS: dict[str, Callable[..., list[Start]]] = {
-    "no_slip": no_slip,
-    "safe_slips": safe_slips,
-    "random_slips": random_slips,
-    "overloads": overloads,
-}
+_STARTS = ("no_slip", "safe_slips", "random_slips", "overloads")
 _READERS = {".csv": pd.read_csv, ".xlsx": pd.read_excel, ".parquet": pd.read_parquet}
 
 
@@ -99,13 +94,13 @@ def _friction(friction: object) -> dict[str, Any]:
     return {"friction": [_called("friction", kind, **parameters)] * draws, "rng": rng}
 
 
-def _starts(plan: Mapping[str, Any], system: ContactSystem) -> list[Start]:
-    made = []
+def _starts(plan: Mapping[str, Any], system: ContactSystem) -> list[starts.Start]:
+    made = list[starts.Start]()
     for name, options in plan.items():
         if name not in _STARTS:
             raise ModelError(f"starts: {name!r} is unknown; give {', '.join(_STARTS)}, with their arguments")
         first = (system,) if name == "random_slips" else ()
-        made += _called(f"starts.{name}", _STARTS[name], *first, **_mapping(f"starts.{name}", options))
+        made += _called(f"starts.{name}", getattr(starts, name), *first, **_mapping(f"starts.{name}", options))
     return made
 
 

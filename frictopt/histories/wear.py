@@ -3,18 +3,21 @@
 from collections.abc import Callable
 from dataclasses import replace
 from time import perf_counter
+from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients
-from ..contact.checks import Array, finite_array, finite_number, flag, real_array, warns_of_odd_values
-from ..contact.parts import parted
+from ..contact.checks import Array, finite_array, finite_number, flag, frozen, real_array, warns_of_odd_values
+from ..contact.parts import joined, parted
 from ..contact.progress import bar_of
+from ..contact.record import SolveRecord
 from ..contact.system import checked_system
 from ..errors import ModelError, NoContinuation, SolverError
 from ..transients import SteadyState, steady_state
-from .wear_history import WORN_IN, WearHistory, worn_row
+from .wear_history import WORN_IN, WearHistory
 
 _GAMMA = 1 - 1 / np.sqrt(2)  # the jumps then damp without oscillation what changes fast
 _FAR = 1e6  # cycles, in units of the time in which the stiffest node wears its pressure off, after which a rate that is left never changes
@@ -143,9 +146,27 @@ class Course:
         self, per_work: Array, tolerance: float, settle: Callable[[ContactSystem, ContactState | None], SteadyState], steady: SteadyState
     ) -> None:
         self.per_work, self.tolerance, self.settle, self.steady = per_work, tolerance, settle, steady
-        self.cycles, self.started, self.rows = 0.0, perf_counter(), [worn_row(steady, 0.0)]
+        self.cycles, self.started, self.rows = 0.0, perf_counter(), list[dict[str, Any]]()
+        self.keep()
         fastest = float((self.damping(steady) * np.diag(steady.system.C)).max())
         self.length = float(np.sqrt(tolerance)) / fastest if fastest > 0 else np.inf
+
+    def keep(self) -> None:
+        """Keep what the history says of the contact as it is worn now."""
+        steady, system, state = self.steady, self.steady.system, self.steady.state
+        assert system.width is not None
+        p = state.bonded_p + (system.S @ joined(state.slip, state.gap - system.gap))[-system.nodes :]
+        now = {
+            "cycles": self.cycles,
+            "work": steady.dissipation,
+            "gap": system.gap,
+            "pressure": np.where(state.gap > 0, 0.0, p) / system.width,
+            "slipping": int(steady.slipping.sum()),
+            "stick_width": float(system.width[~(steady.slipping | steady.open)].sum()),
+            "outcome": steady.outcome.name,
+            "residual": steady.residual,
+        }
+        self.rows.append(now)
 
     def rate(self, steady: SteadyState) -> Array:
         """(N,) depth per cycle."""
@@ -180,7 +201,7 @@ class Course:
             self.length = length * float(np.clip(_SAFE / np.sqrt(error), _LEAST, _MOST)) if error > 0 else length * _MOST
             if error <= 1:
                 self.steady, self.cycles = self.after(h), cycles
-                self.rows.append(worn_row(self.steady, self.cycles))
+                self.keep()
                 return
         raise SolverError(f"wear: after {self.cycles:.6g} cycles a jump of {length:.1e} is too long for the tolerance {self.tolerance:g}; allow more")
 
@@ -205,7 +226,13 @@ class Course:
 
     def history(self, reason: str) -> WearHistory:
         """What is done so far."""
-        return WearHistory.of(self.rows, self.steady, reason, perf_counter() - self.started)
+        table = pd.DataFrame(self.rows)
+        gap, pressure = (np.array(table.pop(name).tolist()) for name in ("gap", "pressure"))
+        depth, most = gap - gap[0], float(table.pop("residual").max())
+        table.insert(2, "largest_depth", depth.max(axis=1))
+        table.insert(3, "volume", depth @ self.steady.system.width)
+        record = SolveRecord(self.steady.record.solver, (), most, (), perf_counter() - self.started)
+        return WearHistory(self.steady, frozen(depth), frozen(pressure), reason, record, table)
 
 
 def _per_work(system: ContactSystem, friction: ArrayLike, coefficient: ArrayLike, energy: bool) -> Array:

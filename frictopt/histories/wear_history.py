@@ -1,38 +1,18 @@
 """What a contact goes through while it wears."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Self
 
-import numpy as np
 import pandas as pd
 
 from ..contact import ContactState, ContactSystem
 from ..contact.checks import Array, frozen
-from ..contact.parts import joined
 from ..contact.record import Recorded, SolveRecord
 from ..contact.show import Plotted
 from ..transients import SteadyState
 
 WORN_IN = 1e-3
 """Work of friction per cycle, over its largest, from which on a contact counts as worn in."""
-
-
-def worn_row(steady: SteadyState, cycles: float) -> dict[str, Any]:
-    """A contact in its steady state after so many cycles: see the table and the arrays of `WearHistory`."""
-    system, state, n = steady.system, steady.state, steady.system.nodes
-    assert system.width is not None
-    p = state.bonded_p + (system.S @ joined(state.slip, state.gap - system.gap))[-n:]
-    return {
-        "cycles": cycles,
-        "work": steady.dissipation,
-        "gap": system.gap,
-        "pressure": np.where(state.gap > 0, 0.0, p) / system.width,
-        "slipping": int(steady.slipping.sum()),
-        "stick_width": float(system.width[~(steady.slipping | steady.open)].sum()),
-        "outcome": steady.outcome.name,
-        "residual": steady.residual,
-    }
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -74,23 +54,6 @@ class WearHistory(Recorded, Plotted):
     reason: str
     record: SolveRecord
     _table: pd.DataFrame
-
-    @classmethod
-    def of(cls, rows: Sequence[Mapping[str, Any]], steady: SteadyState, reason: str, seconds: float) -> Self:
-        """The history of these contacts, the first one unworn."""
-        gap, pressure = (np.array([row[name] for row in rows]) for name in ("gap", "pressure"))
-        depth = gap - gap[0]
-        table = pd.DataFrame(rows)[["cycles", "work", "slipping", "stick_width", "outcome"]]
-        table.insert(2, "largest_depth", depth.max(axis=1))
-        table.insert(3, "volume", depth @ steady.system.width)
-        return cls(
-            steady=steady,
-            depth=frozen(depth),
-            pressure=frozen(pressure),
-            reason=reason,
-            record=SolveRecord(steady.record.solver, (), max(row["residual"] for row in rows), (), seconds),
-            _table=table,
-        )
 
     @property
     def system(self) -> ContactSystem:

@@ -5,12 +5,10 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 from numpy.typing import NDArray
 
-from ..contact.answers import Outcome
 from ..contact.checks import Array
 from ..contact.show import Table
 from ..histories.damping import DampingCurve
 from ..histories.excursion import LeastExcursion
-from ..histories.guarantee import NO_OUTCOME, GuaranteeCheck
 from ..histories.protocols import REST, SLIP, UNDECIDED, LimitAfterProtocol
 from ..histories.wear_history import WearHistory
 from ..histories.worn_in import WornIn
@@ -57,23 +55,6 @@ def _excursion(found: LeastExcursion, ax: Axes | None = None) -> Axes:
         axes.axvline(found.share, color=GREY, lw=0.8, zorder=0, label="least found")
         legend(axes)
     axes.set(xlabel="share of the largest excursion", xlim=(0.0, 1.02))
-    return axes
-
-
-@picture.register
-def _guarantee_check(check: GuaranteeCheck, ax: Axes | None = None) -> Axes:
-    """Which share of the starts of each kind has come to rest after so many cycles."""
-    (axes,) = new_axes(ax)
-    axes.set_title(equals(r"check of the guaranteed limit $\lambda_1$", check.limit.load_factor))
-    most = int(check.runs["cycles"].max())
-    for number, ((factor, kind), runs) in enumerate(check.runs.groupby(["load_factor", "start"], sort=False)):
-        rests = np.sort(runs.loc[runs["outcome"] == Outcome.SHAKEDOWN.name, "cycles"])
-        cycles, share = np.r_[0, rests, most], np.r_[0, np.arange(1, len(rests) + 1), len(rests)] / len(runs)
-        name, undecided = rf"{kind}, $\lambda = {factor:.4g}$: {len(rests)} of {len(runs)}", int((runs["outcome"] == NO_OUTCOME).sum())
-        axes.step(cycles, share, where="post", label=f"{name}, {undecided} undecided" if undecided else name, **line(number))
-    axes.locator_params(axis="x", integer=True)
-    axes.set(xlabel="cycles followed", ylabel="share of the starts at rest", ylim=(-0.05, 1.05))
-    legend(axes, "at rest in the end")
     return axes
 
 

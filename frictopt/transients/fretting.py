@@ -1,11 +1,12 @@
 """What frets where: a steady cycle, node by node, in the words of fretting fatigue, and its parameters on critical planes."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact.checks import Array, finite_array
+from ..contact.checks import Array, finite_array, listed
 from ..contact.show import components, frame, places
 from ..contact.tolerances import COUNTS
 from ..errors import ModelError
@@ -13,15 +14,8 @@ from .trajectory import Trajectory
 
 if TYPE_CHECKING:
     import pandas as pd
-from collections.abc import Callable, Mapping, Sequence
-from typing import Protocol, runtime_checkable
-
-from ..contact.checks import finite_number, listed, shown
 
 _NOTE = "at the ends of a contact with sharp corners, tractions, F1, F2 and SWT are a property of the mesh; refine it before you compare them"
-CONSTANTS = {"findley": 0.3, "crossland": 0.3, "fatemi_socie": 0.0}
-"""Weights of the largest normal (hydrostatic) stress; that of Fatemi and Socie is k over the yield stress, 1 / stress."""
-
 _STEP = 10.0  # degrees between the planes that are tried first
 _FINER, _ROUNDS = 0.4, 10  # how much smaller the steps about the best plane become, and how often: at last 0.001 degrees
 
@@ -74,24 +68,6 @@ class _Fields(Protocol):
     def tensors_at_contact(self, side: int) -> tuple[Array, Array]: ...
 
 
-def checked_constants(constants: object) -> dict[str, float]:
-    """All constants, those given in place of the usual ones.
-
-    Raises
-    ------
-    ModelError
-        No mapping, an unknown name, a number that is negative or not finite.
-    """
-    if constants is not None and not isinstance(constants, Mapping):
-        raise ModelError(f"constants: {shown(constants)}; give a mapping of some of {', '.join(CONSTANTS)}")
-    weights = dict(CONSTANTS)
-    for name, value in (constants or {}).items():
-        if name not in CONSTANTS:
-            raise ModelError(f"constants: {shown(name)} is unknown; give some of {', '.join(CONSTANTS)}")
-        weights[name] = finite_number(f"constants[{name!r}]", value, least=0.0)
-    return weights
-
-
 def worst_planes(fields: object, side: int, weights: Mapping[str, float]) -> dict[str, Array]:
     """Columns of a table from fields at the states of one cycle, or a list of such lists: at each node and for each parameter the worst cycle.
 
@@ -127,7 +103,7 @@ def critical_planes(stress: ArrayLike, strain: ArrayLike, *, findley: float, cro
     stress, strain
         (M, 3, 3) tensors, stress tension positive.
     findley, crossland, fatemi_socie
-        See `CONSTANTS`.
+        See `SteadyState.fretting_table`.
 
     Returns
     -------

@@ -9,12 +9,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.answers import Outcome
-from ..contact.checks import Array, frozen, whole_number
+from ..contact.checks import Array, finite_number, frozen, whole_number
 from ..contact.record import Recorded, SolveRecord
 from ..contact.show import Plotted, components, frame, places
 from ..contact.tolerances import SAME_STATE
 from ..errors import ModelError, SolverError
-from .fretting import checked_constants, fretting_table, worst_planes
+from .fretting import fretting_table, worst_planes
 from .loop import LoadLoop
 from .march import amplitudes_at, march
 from .trajectory import Trajectory
@@ -202,7 +202,9 @@ class SteadyState(Recorded, Plotted):
         strain: ArrayLike | None = None,
         fields: object = None,
         side: int = 1,
-        constants: Mapping[str, float] | None = None,
+        findley: float = 0.3,
+        crossland: float = 0.3,
+        fatemi_socie: float = 0.0,
     ) -> "pd.DataFrame":
         """What frets where: one row for each node.
 
@@ -216,9 +218,8 @@ class SteadyState(Recorded, Plotted):
         fields, side
             Instead of these, the fields of `ContactModel.recover` at the states of the steady cycle, all stress components of body `side`; or a list
             of such lists, for the steady cycles of several residual slips: each parameter is then that of the worst of them, node by node.
-        constants
-            "findley" and "crossland", the weight of the largest normal and hydrostatic stress (0.3), and "fatemi_socie", that of the largest normal
-            stress, k over the yield stress (0).
+        findley, crossland, fatemi_socie
+            Weights of the largest normal stress, of the largest hydrostatic one, and of the largest normal one, k over the yield stress (1 / stress).
 
         Returns
         -------
@@ -269,7 +270,8 @@ class SteadyState(Recorded, Plotted):
         3     3         0.0          0.0    0.0       0.0
         """
         body = whole_number("side", side, least=1, most=2)
-        weights = checked_constants(constants)
+        asked = {"findley": findley, "crossland": crossland, "fatemi_socie": fatemi_socie}
+        weights = {name: finite_number(name, value, least=0.0) for name, value in asked.items()}
         if fields is not None and stress is not None:
             raise ModelError("fields, stress: both; give the fields, which have the stress")
         table = fretting_table(self.states(), self.dissipation_per_node, stress, strain)
