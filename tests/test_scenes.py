@@ -126,15 +126,13 @@ def test_a_cylinder_slips_as_cattaneo_and_mindlin_say():
 
 STIFF = fo.Material(E=1e3)
 SMALL = {
-    "punch": fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0, grading=3.0, support="clamped"),
-    "rounded": fo.scenes.RoundedPunch(
-        radius=20.0, flat_half_width=0.6, punch=fo.scenes.PunchOnHalfPlane(elements=4, grading=1.0, growth=2.0, support="clamped")
-    ),
+    "punch": fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0, grading=3.0),
+    "rounded": fo.scenes.RoundedPunch(radius=20.0, flat_half_width=0.6, punch=fo.scenes.PunchOnHalfPlane(elements=4, grading=1.0, growth=2.0)),
     "dovetail": fo.scenes.Dovetail(elements=4, growth=2.0, grading=3.0),
     "open dovetail": fo.scenes.Dovetail(elements=4, growth=2.0, grading=3.0, edge_radius=1.0, blade_material=STIFF, disc_material=STIFF),
     "open cylinder": fo.scenes.RoundedPunch(
         radius=50.0,
-        punch=fo.scenes.PunchOnHalfPlane(elements=8, grading=1.0, growth=2.0, support="clamped", punch_material=STIFF, block_material=STIFF),
+        punch=fo.scenes.PunchOnHalfPlane(elements=8, grading=1.0, growth=2.0, punch_material=STIFF, block_material=STIFF),
     ),
     "pin": fo.scenes.PinInPlate(elements=16, growth=2.0),
 }

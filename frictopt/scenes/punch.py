@@ -16,9 +16,9 @@ from .grading import along
 class PunchOnHalfPlane(PunchOnBlock):
     """A rectangular punch on a block that stands for a half-plane, meshed in quadrilaterals; the default has the paper's size.
 
-    The contact is `-half_width <= x <= half_width`, y = 0. Load cases, each of unit traction: "P", pressure on the top of the punch;
-    "sigma", tension on the two sides of the block; "Q", shear along +x on the top of the punch. A load factor on "sigma" over a mean of
-    one "P" is therefore `sigma / (P / 2a)`, with P the total normal force.
+    The bottom of the block is on rollers: free to slide, one node held. The contact is `-half_width <= x <= half_width`, y = 0. Load cases, each of
+    unit traction: "P", pressure on the top of the punch; "sigma", tension on the two sides of the block; "Q", shear along +x on the top of the
+    punch. A load factor on "sigma" over a mean of one "P" is therefore `sigma / (P / 2a)`, with P the total normal force.
 
     Parameters
     ----------
@@ -37,8 +37,6 @@ class PunchOnHalfPlane(PunchOnBlock):
     grading
         Size of the middle element over that of the corner element, >= 1, sizes in geometric progression; or "sine": nodes at
         `x = a sin(pi t / 2)`, t uniform in [-1, 1].
-    support
-        Bottom of the block: "rollers" (free to slide, one node held) or "clamped".
 
     Raises
     ------
@@ -62,14 +60,12 @@ class PunchOnHalfPlane(PunchOnBlock):
     block_depth: float = 12.0
     growth: float = 1.09
     grading: float | Literal["sine"] = 20.0
-    support: Literal["rollers", "clamped"] = "rollers"
 
     def __post_init__(self) -> None:
         if isinstance(self.grading, str):
             choice("grading", self.grading, ("sine",))
         else:
             object.__setattr__(self, "grading", finite_number("grading", self.grading, least=1.0, below=1e15))
-        choice("support", self.support, ("rollers", "clamped"))
         super().__post_init__()
 
     @property
@@ -84,8 +80,6 @@ class PunchOnHalfPlane(PunchOnBlock):
 
     @property
     def _supports(self) -> list[Support]:
-        if self.support == "clamped":
-            return [Support("block", "bottom")]
         return [Support("block", "bottom", "y"), Support("block", (0.0, -self.block_depth), "x")]
 
     def condense(self) -> ContactSystem:
