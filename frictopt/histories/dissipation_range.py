@@ -15,7 +15,7 @@ from ..errors import NoContinuation, SolverError
 from ..limits import shakedown_limit
 from ..limits.question import pose
 from ..transients import SteadyState
-from .range_search import STOPPED, Orbit, Search
+from .range_search import FAR, STOPPED, Orbit, Search
 from .range_starts import RangeStarts
 
 _CLIMBED, _DESCENDED = 12, 2  # levels of work, the highest and the lowest, from which the search goes on
@@ -186,7 +186,7 @@ def dissipation_range(
         least_state=least,
         most_state=most,
         transients=runs.transients,
-        levels=tuple(orbit.work for orbit in runs.levels(ends or levels)),
+        levels=tuple(orbit.work for orbit in runs.levels([end for end in ends if end.end != FAR] or levels)),
         residual=max(least.residual, most.residual),
         problem=starts.problem,
         _orbits=tuple(replace(orbit, path=None) for orbit in (*followed, *ends)),  # paths are large

@@ -25,13 +25,14 @@ from .starts import spread
 
 _WORK_GAIN = 100 * RESIDUAL  # a step that gains less work, relative, is none
 _FIRST = 0.25  # first trust region, over the spread of the slips of the orbit
-_LEAST = 1e-5  # last one, over the first
+_LEAST = 1e-5 * _FIRST  # last one, over the same
 _TRANSIENTS = 20  # of one climb
+_LEAP = _TRANSIENTS**2  # times the gain of a step: a climb that would not reach with so much what another start has is given up
 _AROUND = 8, 200  # starts around an end at least, and at most: of many nodes few, because each costs more and their works differ less
 _EACH = 1000  # nodes of these starts together, otherwise
 _WIDEST, _NARROWEST = 2.0, 0.05  # distances of these starts, over the spread of the slips of the end
 _CYCLES = 200  # of a transient, after which it is given up: some take thousands
-STOPPED = f"stopped after {_TRANSIENTS} transients"
+STOPPED, FAR = f"stopped after {_TRANSIENTS} transients", "far from the end of the range, and with a step hardly nearer"
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,9 +102,9 @@ class Search:
                 found = run.advance()
                 if len(run.works) == 1:
                     place = path.state.u / path.length
-                    met = next((orbit for other, orbit in self._met if np.abs(place - other).max() <= PERIODIC), None)
-                    if met is not None:
-                        return replace(met, name=name, start=start)
+                    for other, met in self._met:
+                        if abs(place[0] - other[0]) <= PERIODIC and np.abs(place - other).max() <= PERIODIC:  # the first one is quick to tell
+                            return replace(met, name=name, start=start)
                 elif max(run.works[-2:]) < least and len(run.works) > 2:
                     return Orbit(name, start, None, "less work than looked for")
             after = cast(ExactPath | SteppedPath, found.path)
@@ -144,8 +145,8 @@ class Search:
 
     def climb(self, orbit: Orbit, sense: int) -> Orbit:
         """The orbit with more (sense 1) or less (sense -1) work that steps of linear programs lead to."""
-        limit = self.transients + _TRANSIENTS
-        radius = smallest = 0.0
+        limit, aim = self.transients + _TRANSIENTS, max(sense * met.work for _, met in self._met)
+        radius, unit = _FIRST, 0.0
         while self.transients < limit:
             path = orbit.path
             if path is None or orbit.state is None or orbit.state.outcome is not Outcome.CYCLIC_SLIP or orbit.state.period > 1:
@@ -155,17 +156,17 @@ class Search:
             except (NoContinuation, SolverError) as error:
                 return replace(orbit, end=f"no derivative: {error}")
             before, _ = parted(cycle.before, path.system.tangents + 1)
-            if not radius:
-                radius = _FIRST * _spread(before, path)
-                smallest = _LEAST * radius
+            unit = unit or _spread(before, path)
             better, ascent = None, Ascent(path, cycle, sense, self._most)
             while better is None:
-                step = ascent.step(radius)
+                step = ascent.step(radius * unit)
                 if self.transients >= limit:
                     return replace(orbit, end=STOPPED)
-                if step is None or not step[1] > _WORK_GAIN * orbit.work or radius < smallest:
+                if step is None or not step[1] > _WORK_GAIN * orbit.work or radius < _LEAST:
                     self._extremes.append(orbit.work)
                     return replace(orbit, end="local extreme")
+                if sense * orbit.work + _LEAP * step[1] < aim:
+                    return replace(orbit, end=FAR)
                 tried = self.follow(orbit.name, before + step[0], orbit.work if sense > 0 else 0.0)
                 better = tried if sense * (tried.work - orbit.work) > _WORK_GAIN * orbit.work else None
                 radius *= 2.0 if better else 0.25

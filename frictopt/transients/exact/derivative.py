@@ -230,15 +230,15 @@ class _Follower:
             self.gradient += growth.integral(drive, own)
 
     def _growth(self, status: np.ndarray, base: Array) -> _Growth:
-        return _Growth(self.path.system.S, self._factor(status), base, np.flatnonzero(np.r_[status != STICK, status == OPEN]).tolist())
+        return _Growth(self.path.system.S, self._factor(status), base, np.flatnonzero(np.concatenate([status != STICK, status == OPEN])).tolist())
 
     def _factor(self, status: np.ndarray) -> Array:
         """(2N,) factor of p in the equations of motions under these statuses."""
-        return np.asarray(np.r_[status * self.path.friction * (status != OPEN), np.zeros(len(status))])
+        return np.concatenate([status * self.path.friction * (status != OPEN), np.zeros(len(status))])
 
     def _event(self, status: np.ndarray, drive: Array) -> None:
         """Carry the derivative over an event to the stretch with these statuses."""
-        moving = np.r_[status != STICK, status == OPEN]
+        moving = np.concatenate([status != STICK, status == OPEN])
         if np.any((self.status != STICK) & (status != self.status)):  # some node stops, opens or closes
             base, stops = self.growth.derivative(), np.array(self.growth.order, dtype=np.intp)
             stops = stops[~moving[stops]]
@@ -255,7 +255,7 @@ class _Follower:
     def _rate(self, drive: Array) -> Array:
         """(2N,) rates of u on the last stretch."""
         growth, rate = self.growth, np.zeros_like(drive)
-        load = drive + growth.factor * np.r_[drive[self.path.nodes :], drive[self.path.nodes :]]
+        load = drive + growth.factor * np.tile(drive[self.path.nodes :], 2)
         rate[growth.order] = -growth.solve(load[growth.order])
         return rate
 
