@@ -1,13 +1,17 @@
 """What the answers of limit questions have in common: the contact, its reactions and its state under a residual slip at a load factor."""
 
+from functools import cached_property
+
 import numpy as np
+import pandas as pd
 
 from ..contact import ContactState, ContactSystem, LoadCycle
-from ..contact.checks import Array, Booleans
+from ..contact.checks import Array, Booleans, frozen
 from ..contact.coulomb import lengths
 from ..contact.record import WithSlip
 from ..contact.show import Plotted, components, places
 from ..contact.tolerances import RESIDUAL
+from .mechanism import Mechanism
 from .question import LimitQuestion
 
 _BARE = 10 * RESIDUAL  # share of the mean friction bound below which a node carries nothing, and its traction ratio is rounding
@@ -73,3 +77,35 @@ class Answered(WithSlip, Plotted):
         """Columns of a table with one row for each node: node, its place, its slip, and whether it is open where one is."""
         opened = {"open": self.open} if self.open.any() else {}
         return {"node": range(self.system.nodes), **places(self.system), **components("slip", self.slip), **opened}
+
+
+class Rated(Answered):
+    """Base of limits whose motion tells how they change with the loads."""
+
+    constraints: tuple[str, ...]
+    _motion: Mechanism
+
+    @property
+    def _rated(self) -> bool:
+        return bool(np.isfinite(self.load_factor)) and not self.constraints
+
+    @cached_property
+    def load_rates(self) -> pd.DataFrame:
+        """Rate of the limit with each amplitude of the load cycle: columns load, part ("mean", or the loads of a corner), amplitude, rate.
+
+        The mean part has all load cases of the system, those of no amplitude too: which bolt to tighten is the row with the largest rate. Those of a
+        guaranteed limit are of the critical state of `node`: where several nodes are critical first, such as mirror images, or its corners are more
+        than needed, the limit has a kink, and this is the rate of one. NaN without a finite limit, where a guaranteed limit is `least`, and with
+        constraints of your own, for those may change with the loads.
+        """
+        rates = self._motion.load_rates(self.system, self.cycle, self.load_factor)
+        return rates if self._rated else rates.assign(rate=np.nan)
+
+    @cached_property
+    def interference_rate(self) -> Array:
+        """(N,) rate of the limit with an interference at each node, 1 over length; minus that with material taken off there, a profile.
+
+        NaN where `load_rates` are. For a load case that is an interference see also `load_rates`.
+        """
+        rate = self._motion.interference_rate(self.system)
+        return frozen(rate if self._rated else np.full_like(rate, np.nan))

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from importlib import import_module
 from typing import IO, Any
 
@@ -16,7 +15,7 @@ from ..contact.record import SolveRecord
 from ..contact.show import components, frame, places
 from ..errors import ModelError
 from ..solve.explain import Units, explain
-from .answered import Answered
+from .answered import Rated
 from .critical_search import LEFT_OUT, NodeClaim
 from .mechanism import Mechanism
 from .question import LimitQuestion
@@ -26,7 +25,7 @@ IMAGE, ONE_CORNER, NOT_NEEDED, OPEN = "mirror image", "one corner alone rules", 
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GuaranteedLimit(Answered):
+class GuaranteedLimit(Rated):
     """The guaranteed limit, and a residual slip from which the contact keeps slipping just above it.
 
     Attributes
@@ -105,22 +104,6 @@ class GuaranteedLimit(Answered):
     def least(self) -> float:
         """The least safe load factor, see `ShakedownLimit.least`: below it no slip is safe, and slip or opening goes on from every start."""
         return self.shakedown.least
-
-    @cached_property
-    def load_rates(self) -> pd.DataFrame:
-        """Rate of the limit with each amplitude of the load cycle, as `ShakedownLimit.load_rates`: those of the critical state of `node`.
-
-        Where several nodes are critical first, such as mirror images, or its corners are more than needed, the limit has a kink, and this is the rate
-        of one. NaN where the limit is not finite or is `least`, and with constraints of your own.
-        """
-        rates = self._motion.load_rates(self.system, self.cycle, self.load_factor)
-        return rates if self._rated else rates.assign(rate=np.nan)
-
-    @cached_property
-    def interference_rate(self) -> Array:
-        """(N,) rate of the limit with an interference at each node, as `ShakedownLimit.interference_rate`; NaN where `load_rates` are."""
-        rate = self._motion.interference_rate(self.system)
-        return frozen(rate if self._rated else np.full_like(rate, np.nan))
 
     @property
     def _rated(self) -> bool:

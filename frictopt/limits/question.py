@@ -20,7 +20,6 @@ from .mechanism import Mechanism
 Images: TypeAlias = tuple[NDArray[np.intp], NDArray[np.intp], Array]
 """Where a part of a contact is on the whole one, G times: (G, K) corners, (G, m) unknowns and their signs."""
 
-_MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
 _MOST_SHEAR = 1e6  # a mean shear force above so many mean normal forces leaves fewer digits of them than the proofs need
 _LITTLE_FRICTION = 0.01  # below it, the bounds on q keep p >= 0 only to a hundred times their own accuracy
 
@@ -105,15 +104,6 @@ class LimitQuestion:
         """
         f = friction_coefficients(friction, self.system.nodes)
         return replace(self, friction=f, started=perf_counter(), **units_of(f, self.q0, self.p0, self.q1, self.p1, self.AB))
-
-    def check_load_factor(self, load_factor: float) -> None:
-        """Check that the mean load is not lost in the rounding of the cyclic loads."""
-        largest = load_factor / self.force * float(max(np.abs(self.q1).max(), np.abs(self.p1).max()))
-        if largest > _MOST_CYCLIC:
-            raise ModelError(
-                f"load_factor: {load_factor:g} makes the cyclic loads {largest:.1e} times the mean normal force {self.force:.3g} of the mean load, "
-                "which is lost in their rounding; give less, or check the units of the load cases"
-            )
 
     def states(self, load_factor: float, slip: Array) -> tuple[Array, Array, Array, Array]:
         """Slips, gaps, reactions `v, w, q, p` at corners, (K, N) or (K, N, 2), under a residual slip; open nodes leave it, and carry nothing."""

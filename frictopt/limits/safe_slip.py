@@ -23,6 +23,8 @@ from .safe_model import SafeModel, safe_set
 from .safe_set import SafeSet
 from .safe_slip_result import SafeSlip
 
+_MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
+
 
 def margin_problem(v: SafeSet, *, free_load_factor: bool = False) -> cp.Problem:
     """Residual slip v that stays furthest inside the friction bounds, at a given load factor lam or at whatever one is best.
@@ -107,7 +109,12 @@ class SafeSlipModel(SafeModel):
         load_factor, own = finite_number("load_factor", load_factor, least=0.0), listed("constraints", constraints)
         task = self._asked.at(friction)
         task = replace(task, simplify=False) if own else task
-        task.check_load_factor(load_factor)
+        largest = load_factor / task.force * float(max(np.abs(task.q1).max(), np.abs(task.p1).max()))
+        if largest > _MOST_CYCLIC:
+            raise ModelError(
+                f"load_factor: {load_factor:g} makes the cyclic loads {largest:.1e} times the mean normal force {task.force:.3g} of the mean load, "
+                "which is lost in their rounding; give less, or check the units of the load cases"
+            )
 
         def safe_of(task: LimitQuestion) -> SafeSlip:
             program = self._program(margin_problem, half_of(task), own, load_factor=load_factor)

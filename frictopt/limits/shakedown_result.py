@@ -16,7 +16,7 @@ from ..contact.record import SolveRecord
 from ..contact.show import frame
 from ..errors import ModelError
 from ..solve.explain import Units, explain
-from .answered import Answered
+from .answered import Rated
 from .least_slip import LeastSlip, least_slip
 from .mechanism import Mechanism
 from .open_nodes import border
@@ -24,7 +24,7 @@ from .question import LimitQuestion
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ShakedownLimit(Answered):
+class ShakedownLimit(Rated):
     """The shakedown limit with its proof from both sides.
 
     Theory, eq. (8).
@@ -137,29 +137,6 @@ class ShakedownLimit(Answered):
         Where the mechanism is not unique the limit has a kink, and this is one of its supergradients. NaN without a finite limit.
         """
         return frozen((self._motion.size * self.reactions[1]).sum(axis=0))
-
-    @cached_property
-    def load_rates(self) -> pd.DataFrame:
-        """Rate of the limit with each amplitude of the load cycle: columns load, part ("mean", or the loads of a corner), amplitude, rate.
-
-        The mean part has all load cases of the system, those of no amplitude too: which bolt to tighten is the row with the largest rate. NaN without
-        a finite limit, and with constraints of your own, for those may change with the loads.
-        """
-        rates = self._motion.load_rates(self.system, self._task.cycle, self.load_factor)
-        return rates if self._rated else rates.assign(rate=np.nan)
-
-    @cached_property
-    def interference_rate(self) -> Array:
-        """(N,) rate of the limit with an interference at each node, 1 over length; minus that with material taken off there, a profile.
-
-        NaN where `load_rates` are. For a load case that is an interference see also `load_rates`.
-        """
-        rate = self._motion.interference_rate(self.system)
-        return frozen(rate if self._rated else np.full_like(rate, np.nan))
-
-    @property
-    def _rated(self) -> bool:
-        return bool(np.isfinite(self.load_factor)) and not self.constraints
 
     def least_slip(self, load_factor: float) -> LeastSlip:
         """Proven lower bound of the slip in every cycle at a load factor, from every start; it is positive above the limit.

@@ -15,6 +15,7 @@ _BINDING = 100 * RESIDUAL  # slack below which a row is printed as binding: solv
 
 Units: TypeAlias = Mapping[str, float | Array]
 
+_SAID = {True: "yes", False: "no"}
 _SHOWN = 8  # rows of the mechanism that are printed
 
 
@@ -64,7 +65,7 @@ def _problem_lines(problem: cp.Problem, value: float | None, units: Units) -> li
     objective = problem.objective.expr
     unit = units.get(objective.name(), 1.0) if isinstance(objective, cp.Variable) and objective.name() != "margin" else 1.0
     solved = objective.value is not None and (value is None or bool(np.isclose(objective.value * unit, value, rtol=1e-12, atol=0.0)))
-    compiled = f"convex (DCP) {_yes(problem.is_dcp())}, compiled once for all parameters (DPP) {_yes(problem.is_dpp())}"
+    compiled = f"convex (DCP) {_SAID[problem.is_dcp()]}, compiled once for all parameters (DPP) {_SAID[problem.is_dpp()]}"
     lines = [f"problem     {problem.status or 'not solved'}, {compiled}"]
     lines[0] += ", mixed-integer" if problem.is_mixed_integer() else ""
     name = objective.name() if isinstance(objective, cp.Variable) else f"an expression of {', '.join(v.name() for v in objective.variables())}"
@@ -111,7 +112,3 @@ def _range(values: float | Array | None) -> str:
         return "no value"
     least, most = float(np.min(values)), float(np.max(values))
     return f"{least:.4g}" if least == most else f"{least:.4g} .. {most:.4g}"
-
-
-def _yes(flag: bool) -> str:
-    return "yes" if flag else "no"
