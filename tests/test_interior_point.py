@@ -114,6 +114,14 @@ def test_where_rounding_leaves_no_step_it_ends_close_to_an_optimum_and_gives_up_
         assert StandardForm(problem).bounds == pytest.approx([optimum] * 2, rel=1e-5)
 
 
+def test_a_contact_without_soft_slips_keeps_the_inverse_of_its_equations_to_the_end(monkeypatch):
+    asked, honest = [], interior_point._solved
+    monkeypatch.setattr(interior_point, "_solved", lambda *program: asked.append(program[0]) or honest(*program))
+    loads = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+    limit = fo.shakedown_limit(fo.scenes.SquarePunch(elements=4).condense(), loads, 0.5, simplify=False, solver="INTERIOR_POINT")
+    assert limit.residual <= 1e-9 and asked[0].inverted
+
+
 def inside(rng, cones, depth):
     """A vector within cones, at most `depth` of its size from their boundary."""
     found = np.empty(cones.size)

@@ -201,7 +201,7 @@ def wedged(seed):
 def test_no_limit_is_below_a_load_factor_that_polygons_find_safe():
     """A mechanism that stresses the contact a little bounds nothing where slips can be large."""
     compared = 0
-    for seed in [52, 91, 234, 319, 340, *range(8)]:
+    for seed in [52, 91, 234, 319, 340, *range(12)]:
         system, loads, f = wedged(seed)
         try:
             limit = fo.shakedown_limit(system, loads, f)

@@ -112,9 +112,8 @@ class Equations:
         program, over, times, (parts, n) = self._program, self._scaling.over, self._scaling.times, self._program.block.shape
         x, m, drawn, z = np.zeros(n + parts), np.zeros(parts), np.zeros(n), np.zeros(len(v))
         size, before = max(float(np.abs(u).max()), float(np.abs(v).max())), np.inf
+        left, right, apart = np.concatenate([u, m]), v, np.zeros(parts)
         while True:
-            left, right = np.concatenate([u - drawn, m]) - program.transposed @ z, v - program.sparse @ x + times(times(z))
-            apart = x[n:] - program.block @ x[:n]
             error = max(float(np.abs(part).max(initial=0.0)) for part in (left, right, apart))
             if not _CORRECT * size < error < _HELPS * before:
                 break
@@ -122,6 +121,8 @@ class Equations:
             more = self._step(left + program.transposed @ over(over(right)), apart)
             z = z + over(over(program.sparse @ more[0] - right))
             x, m, drawn = x + more[0], m + more[1], drawn + more[2]
+            left, right = np.concatenate([u - drawn, m]) - program.transposed @ z, v - program.sparse @ x + times(times(z))
+            apart = x[n:] - program.block @ x[:n]
         if program.inverted and not error <= _SPOILT * size:
             program.inverted, self._step = False, _PutIn(self._weights, program.block)
             return self.solved(u, v)
