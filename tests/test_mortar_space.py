@@ -1,6 +1,7 @@
 """Faces in space that do not match: uniform stress at random rotations, the plane, closed forms, bodies exchanged, and faces that do not meet."""
 
 import re
+import warnings
 
 import numpy as np
 import pytest
@@ -282,3 +283,17 @@ def test_a_body_1_that_is_coarser_than_its_partner():
     parts = ([fo.Support("lower", "z-")], {"P": [fo.Traction("upper", "z+", z=-1.0)]})
     with pytest.warns(fo.ModelWarning, match=r"the edges of body 'upper' are 4\.9 times as long as those of body 'lower'"):
         fo.ContactModel(bodies, *parts, [fo.Contact("upper", "lower")])
+
+
+@pytest.mark.parametrize("clearance", [0.002, 0.2])
+def test_a_measured_gap_that_drowns_in_the_sag_of_the_facets_is_warned_of(clearance):
+    """A pin of 20 edges in a hole of 22, whose facets lie 1 - cos(pi / 20) = 0.012 and 0.010 radii off their circles."""
+    flat = {"pin": ring([0.3, 0.6, 1.0], 20, "bore", "surface"), "plate": ring([1 + clearance, 1.5, 3.0], 22, "hole", "rim", start=0.1)}
+    bodies = {name: fo.Body(mesh) for name, mesh in flat.items()}
+    contact = fo.Contact("pin", "plate", "surface", "hole", gap="measured")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        gap = fo.ContactModel(bodies, [fo.Support("plate", "rim")], {"pull": [fo.Traction("pin", "bore", x=1.0)]}, [contact]).condense().gap
+    off = np.abs(gap - clearance).max()
+    assert bool(off > 0.5 * clearance) is bool(caught) and off < 0.025
+    assert all("'surface': its facets may miss curved faces by" in str(one.message) and one.category is fo.ModelWarning for one in caught)

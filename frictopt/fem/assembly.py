@@ -48,8 +48,9 @@ class Assembly:
         Name of a body -> number of its first node.
     contact, gap, width
         (N,) number of the contact, initial gap, and tributary length (axisymmetric and in space area) of the pairs.
-    names, coarser
-        Name of each contact, and mean length of its edges of body 1 over that of the edges of body 2 that face them.
+    names, coarser, missed
+        Name of each contact, mean length of its edges of body 1 over that of the edges of body 2 that face them, and distance by which its facets may
+        miss curved faces over the widest measured gap.
     interface, sides
         The N pairs, of which a corner of several contacts is in so many as move independently; (N, nodes) matrices of the nodes of body 1, and of the
         places of body 2, that they lie at.
@@ -133,7 +134,7 @@ class Assembly:
             touched.setdefault((contact.body_1, contact.body_2), []).append(joints[-1].nodes)
             touched.setdefault((contact.body_2, contact.body_1), []).append(joints[-1].projection.indices)
         check_touching(self.bodies, touched)
-        self.coarser = [joint.coarser for joint in joints]
+        self.coarser, self.missed = [joint.coarser for joint in joints], [joint.missed for joint in joints]
         return joints
 
     def _tie(self, contacts: Sequence[Contact], supports: Sequence[Support]) -> csr_matrix:

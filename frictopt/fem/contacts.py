@@ -45,7 +45,8 @@ class Contact:
     gap
         None: the faces touch. A function of the coordinates (arrays): the initial gap at the nodes of faces that touch in the mesh, such as that of
         a rounded body. "measured": the distance of the meshes along the normal is the initial gap. On curved faces it has the error of the facets:
-        overlaps up to their sag count as touching, so mesh finely enough that the sag is small beside the gap.
+        overlaps up to their sag count as touching, so mesh finely enough that the sag is small beside the gap; a `ModelWarning` says
+        where it is not.
     tangential_stiffness, normal_stiffness
         Stiffness of the rough surfaces between the bodies, force per length^3, see `ContactSystem.with_contact_stiffness`; inf: rigid.
 
@@ -127,6 +128,8 @@ class Joint:
         (n,) initial gap.
     coarser
         Mean length of the edges of body 1 over that of the edges of body 2 that face them; 1 where the nodes match.
+    missed
+        Largest distance by which facets may miss the curved faces that they stand for, over the widest measured gap; 0 if none is measured.
     """
 
     nodes: Integers
@@ -135,6 +138,7 @@ class Joint:
     projection: csr_matrix
     gap: Array
     coarser: float
+    missed: float
 
 
 def joined(contact: Contact, body_1: Body, body_2: Body, kinematics: Kinematics) -> Joint:
@@ -161,7 +165,8 @@ def joined(contact: Contact, body_1: Body, body_2: Body, kinematics: Kinematics)
     allowed = near + sag(one, x)[nodes] + np.maximum.reduceat(sag(two, y)[P.indices], P.indptr[:-1])
     coarser = _edge(x[one]) / _edge(y[two[np.isin(two, P.indices).all(axis=1)]])
     gap = _initial_gap(contact, x[nodes], x[nodes] - P @ y, inward, allowed)
-    return Joint(nodes, inward, widths, P, gap, coarser)
+    missed = float(allowed.max() - near) / max(float(gap.max()), near) if contact.gap == "measured" else 0.0
+    return Joint(nodes, inward, widths, P, gap, coarser, missed)
 
 
 def _edge(corners: Array) -> float:

@@ -32,6 +32,7 @@ from .viewed import Viewed
 _UNITS_APART = 2e5  # Pa and MPa differ by 1e6, rubber and steel by up to 1e5
 _SIZES_APART = 500.0  # mm and m differ by 1000, a pad and a half-plane by some hundred
 _COARSE = 4.0  # edges of body 1 that are so much longer than those of body 2 do not see what happens between their nodes
+_MISSED = 0.5  # share of the widest measured gap by which facets may miss curved faces
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -118,7 +119,7 @@ class ContactModel(Shown, Viewed):
         }.items():
             object.__setattr__(self, name, value)
         _ = self._cases
-        for contact, coarser in zip(contacts, self._parts.coarser, strict=True):
+        for contact, coarser, missed in zip(contacts, self._parts.coarser, self._parts.missed, strict=True):
             bodies = [self.bodies[name] for name in (contact.body_1, contact.body_2)]
             E, sizes = [body.material.E for body in bodies], [float(np.ptp(body.mesh.p, axis=1).max()) for body in bodies]
             for what, (a, b), most, units in (("E", E, _UNITS_APART, "Pa or MPa"), ("size", sizes, _SIZES_APART, "mm or m")):
@@ -129,6 +130,8 @@ class ContactModel(Shown, Viewed):
                     f"contacts: {contact.name!r}: the edges of body {contact.body_1!r} are {coarser:.1f} times as long as those of body "
                     f"{contact.body_2!r}; the nodes of body 1 are those of the contact: exchange the bodies, or mesh it finer"
                 )
+            if missed > _MISSED:
+                _warn(f"contacts: {contact.name!r}: its facets may miss curved faces by {missed:.2g} of the widest measured gap; mesh them finer")
 
     def condense(self) -> ContactSystem:
         """Condense the glued bodies to the relative motion of the contacts, see `frictopt.condense`.
