@@ -19,13 +19,16 @@ class Timed:
 
 
 def timed(run: Callable[[], Any], repetitions: int) -> Timed:
-    """Run once untimed, then so many times, but for at most 2 s; the median of an even number is the faster of the two middle times."""
+    """Run once untimed, then so many times, but for at most 2 s; a run that takes longer is its own time.
+
+    The median of an even number is the faster of the two middle times.
+    """
     start = time.process_time()
     answer = run()
-    repetitions = min(repetitions, max(1, int(_ENOUGH / (time.process_time() - start))))
-    times = []
-    for _ in range(repetitions):
+    first = time.process_time() - start
+    times = [first] if first > _ENOUGH else []
+    while len(times) < min(repetitions, max(1, int(_ENOUGH / first))):
         start = time.process_time()
         run()
         times.append(time.process_time() - start)
-    return Timed(answer, statistics.median_low(times), repetitions)
+    return Timed(answer, statistics.median_low(times), len(times))

@@ -127,7 +127,7 @@ def relief(parameters: Parameters) -> Iterator[Row]:
 
 
 def bolts(parameters: Parameters) -> Iterator[Row]:
-    """One row for each load factor: the least forces that carry it, and what the limit gains by each bolt."""
+    """One row for each load factor: the least forces that carry it."""
     system = lap(parameters.lap_elements).condense()
     names = [f"bolt {k}" for k in range(len(_BOLTS))]
     model = fo.DesignModel(system, _SHEARED, preloads=names)
@@ -138,9 +138,7 @@ def bolts(parameters: Parameters) -> Iterator[Row]:
         total = float(design.preload.sum())
         equal = fo.LoadCycle({**_SHEARED.mean, **dict.fromkeys(names, total / 3)}, _SHEARED.corners)
         even = fo.shakedown_limit(system, equal, _FRICTION)
-        rates = even.load_rates[even.load_rates["part"] == "mean"].set_index("load")["rate"]
-        gains = {f"gain {k}": rates[name] for k, name in enumerate(names)}
-        found = {"total": total, "price": float(design.prices["load"]), "even": even.load_factor, **gains, "residual": design.residual}
+        found = {"total": total, "price": float(design.prices["load"]), "even": even.load_factor, "residual": design.residual}
         yield {"load_factor": carried.value, **design.preload, **found}
 
 
@@ -172,7 +170,6 @@ _BOLTS_COLUMNS = {
     "total": "sum of the forces",
     "price": "rate of the sum with the load: what one more load factor costs",
     "even": "load factor that the same sum carries in three equal bolts",
-    **{f"gain {k}": f"rate of that load factor with the force of bolt {k}" for k in range(3)},
     "residual": "residual of the design",
 }
 BOLTS = Table("design_bolts", "least bolt forces of a lap joint in space", _BOLTS_COLUMNS, FULL, QUICK, bolts)

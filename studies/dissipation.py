@@ -135,18 +135,12 @@ _LOAD = {"friction": "coefficient of friction", "load_ratio": "load factor over 
 _RUN = _LOAD | {
     "start": "name of the start",
     "family": "'none', 'safe' (multiples of the linear program's slip), 'smooth' and 'rough' (random), 'overload' (a cycle at a higher load first)",
-    "seed": "seed of a random slip",
     "amplitude": "root mean square of the initial slip v E* / (a P / 2a)",
     "outcome": "SHAKEDOWN, CYCLIC_SLIP, RATCHETING or FAILED",
     "dissipation": "work of friction per steady cycle, (P / 2a) a^2",
     "dissipation_scaled": "the same over P^2 / E*, P the total force per depth",
-    "first_cycle": "work of friction in the first cycle, (P / 2a) a^2",
-    "largest_share": "share of the node that dissipates most",
     "cycles": "cycles followed until the steady state was proven",
-    "slipping": "nodes that slide against friction in the steady cycle",
-    "open": "nodes that are open at a corner of the steady cycle",
     "residual": "worst violation of the contact law, or change over the steady cycle",
-    "engine": "who followed the transient",
     "seconds": "time of the run, one thread",
     "error": "why there is no result; empty if there is one",
 }

@@ -97,9 +97,7 @@ def _limits(system: fo.ContactSystem, limit: fo.results.GuaranteedLimit, frictio
         "guaranteed": limit.load_factor,
         "shakedown": limit.shakedown.load_factor,
         "x": np.nan if limit.node is None else float(system.x[limit.node] / system.x[-1]),
-        "skipped": limit.skipped,
         "residual": limit.residual,
-        "solver": limit.record.solver,
     }
 
 
@@ -158,9 +156,7 @@ _LIMIT = {
     "guaranteed": "guaranteed limit lambda_1 (upper bound with witness), sigma / (P / 2a)",
     "shakedown": "shakedown limit lambda_2, sigma / (P / 2a)",
     "x": "node that starts to slip back and forth, x / a; NaN if the limit is lambda_2",
-    "skipped": "number of nodes without a program, because their lower bound is above the limit",
     "residual": "largest of the violation by the witness and the distance of the dual bound, relative",
-    "solver": "solver of the answer",
 }
 _PLANE = {
     "load_factor": "load factor",

@@ -141,7 +141,7 @@ def fretting(parameters: Parameters) -> Iterator[Row]:
     """One row for each node of each joint."""
     for joint in joints(parameters):
         steady, table = _fretting(joint, joint.model.condense())
-        yield table.assign(joint=joint.name, residual=steady.residual)
+        yield table.assign(joint=joint.name, residual=steady.residual)[list(_NODES)]
 
 
 def regions(parameters: Parameters) -> Iterator[Row]:
@@ -196,13 +196,7 @@ _NODES = {
     "contact": "its contact",
     "x": "arc length, mm",
     "slip_range": "mm",
-    "tau_amplitude": "shear traction, MPa",
-    "tau_mean": "shear traction, MPa",
-    "pressure_amplitude": "MPa",
-    "pressure_mean": "MPa",
     "work": "work of friction per cycle, N mm",
-    "share": "its share of the whole",
-    "work_density": "work over tributary length or area",
     "F1": "Ruiz's first parameter, N/mm",
     "F2": "Ruiz's second parameter, N^2/mm^3, stress of body 2",
     "SWT": "Smith-Watson-Topper parameter, MPa, stress of body 2",

@@ -123,7 +123,7 @@ def _mesh(scene: fo.scenes.PunchOnHalfPlane) -> dict[str, Any]:
 
 def _limits(system: fo.ContactSystem, frictions: Iterable[float]) -> pd.DataFrame:
     """Shakedown limits, without the columns that the residual already sums up."""
-    return fo.ShakedownModel(system, LOADS).sweep(frictions).drop(columns="bound")
+    return fo.ShakedownModel(system, LOADS).sweep(frictions).drop(columns=["bound", "friction_rate", "direction", "solver"])
 
 
 def _onsets(system: fo.ContactSystem, friction: float) -> dict[str, Any]:
@@ -153,7 +153,6 @@ def _corner_reactions(limit: fo.results.ShakedownLimit, friction: float, corner:
             "slip": limit.slip / slip_unit(system),
             "share": share.to_numpy(),
             "residual": limit.residual,
-            "solver": limit.record.solver,
         }
     )
 
@@ -164,10 +163,7 @@ _LIMIT = {
     "load_factor": "shakedown limit lambda_2, sigma / (P / 2a)",
     "least": "least safe load factor, 0 where the mean load alone is safe",
     "residual": "largest of the violation by the safe slip and the distance of the dual bound, relative",
-    "friction_rate": "d lambda_2 / d friction",
     "node": "node with the largest share of the mechanism",
-    "direction": "its slip, +1 along x",
-    "solver": "solver of the limit",
 }
 _ONSET = {
     "mean_demand": "largest |q| / p of the bonded contact under the mean load: the friction needed to hold it",
@@ -188,7 +184,6 @@ _REACTION = {
     "slip": "safe residual slip v E* / (a P / 2a)",
     "share": "share of the node, at this load corner, in the slip of the limiting mechanism",
     "residual": _LIMIT["residual"],
-    "solver": _LIMIT["solver"],
 }
 
 FRICTION = Table("limits_friction", "limits of one mesh at one friction", _MESH | _LIMIT | _ONSET, full=FULL, quick=QUICK, compute=limits_by_friction)

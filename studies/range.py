@@ -4,7 +4,6 @@ Run with `python -m studies range [--quick]`. The scene is the paper's; loads ar
 sigma / (P / 2a). The sampled starts are those of the study "dissipation".
 """
 
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -37,20 +36,15 @@ QUICK = Parameters(sampled=dissipation.QUICK, protocol_elements=16, protocol_fri
 
 
 @cache
-def _ranges(parameters: Parameters) -> list[tuple[dissipation.Case, float, fo.results.DissipationRange, float]]:
-    """Case, load ratio, range and seconds, for each friction and load of the sample."""
-    found = []
-    for case in dissipation.cases_of(parameters.sampled):
-        for ratio in parameters.sampled.ratios:
-            begin = time.perf_counter()
-            span = fo.dissipation_range(case.system, LOADS, case.friction, ratio * case.limit)
-            found.append((case, ratio, span, time.perf_counter() - begin))
-    return found
+def _ranges(parameters: Parameters) -> list[tuple[dissipation.Case, float, fo.results.DissipationRange]]:
+    """Case, load ratio and range, for each friction and load of the sample."""
+    asked = [(case, ratio) for case in dissipation.cases_of(parameters.sampled) for ratio in parameters.sampled.ratios]
+    return [(case, ratio, fo.dissipation_range(case.system, LOADS, case.friction, ratio * case.limit)) for case, ratio in asked]
 
 
 def found_of(parameters: Parameters) -> Iterator[Row]:
     """One row for each friction and load."""
-    for case, ratio, span, seconds in _ranges(parameters):
+    for case, ratio, span in _ranges(parameters):
         unit = work_unit(case.system)
         yield {
             "friction": case.friction,
@@ -58,10 +52,6 @@ def found_of(parameters: Parameters) -> Iterator[Row]:
             "load_factor": ratio * case.limit,
             "least": span.least / unit,
             "most": span.most / unit,
-            "levels": len(span.levels),
-            "transients": span.transients,
-            "open": int(span.most_state.open.sum()),
-            "seconds": seconds,
             "residual": span.residual,
         }
 
@@ -77,7 +67,7 @@ def against_sample(found: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
 
 def slip_of(parameters: Parameters) -> Iterator[Row]:
     """One row for each friction and load above the shakedown limit."""
-    for case, ratio, span, _ in _ranges(parameters):
+    for case, ratio, span in _ranges(parameters):
         if ratio <= 1:
             continue
         least = fo.shakedown_limit(case.system, LOADS, case.friction).least_slip(ratio * case.limit)
@@ -117,7 +107,7 @@ def protocols_of(parameters: Parameters) -> Iterator[Row]:
             yield {
                 "friction": friction,
                 "protocol": name,
-                **{column: getattr(one, column) for column in ("ratio", "load_factor", "upper", "monotonic", "transients", "residual")},
+                **{column: getattr(one, column) for column in ("ratio", "load_factor", "monotonic", "residual")},
             }
 
 
@@ -142,17 +132,7 @@ def _outside(works: Any, least: Any, most: Any) -> Any:
 _LOAD = {"friction": "coefficient of friction", "load_ratio": "load factor over lambda_2", "load_factor": "amplitude of sigma / (P / 2a)"}
 _SPAN = {"least": "least W E* / P^2 per steady cycle found", "most": "largest W E* / P^2 per steady cycle found"}
 _RESIDUAL = {"residual": "worst residual"}
-_FOUND = (
-    _LOAD
-    | _SPAN
-    | {
-        "levels": "number of local extremes of W found",
-        "transients": "transients followed for the range",
-        "open": "nodes that are open at a corner of the orbit with the largest W",
-        "seconds": "time of the range, one thread",
-    }
-    | _RESIDUAL
-)
+_FOUND = _LOAD | _SPAN | _RESIDUAL
 _SLIP = {
     **{name: _LOAD[name] for name in ("friction", "load_ratio")},
     "bound": "proven least value of the weighted slip g.v over the corners: lambda - lambda_2",
@@ -169,9 +149,7 @@ _PROTOCOLS = {
     "sigma = +lambda), each from the worst start; 'assembled' (P grows from zero), 'safe' (the slip that is safe at lambda_2)",
     "ratio": "load factor up to which the contact comes to rest, over lambda_2",
     "load_factor": "the same, amplitude of sigma / (P / 2a)",
-    "upper": "least load factor tried at which it does not",
-    "monotonic": "whether it comes to rest at no load factor tried above that",
-    "transients": "transients followed",
+    "monotonic": "whether it comes to rest at no larger load factor that was tried",
     **_RESIDUAL,
 }
 

@@ -69,7 +69,6 @@ def _row(contact: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> dic
         "separated": limit.load_factor,
         "bound": limit.bound,
         "open": int(limit.open.sum()),
-        "edge": float(np.abs(contact.x[~limit.open]).max()),
         "residual": limit.residual,
         "seconds": time.perf_counter() - begin,
     }
@@ -119,7 +118,6 @@ _COLUMNS = {
     "separated": "largest load factor of the sets of open nodes that were tried, the others closed and stuck",
     "bound": "upper bound by the mixed-integer program; inf where it has none",
     "open": "nodes that stay open",
-    "edge": "largest |x| / a of a closed node",
     "residual": "largest violation of the contact law by the state of rest",
     "seconds": "run time",
 }

@@ -65,7 +65,6 @@ def _limits(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> d
         "onset": fo.onset(system, cycle, friction).slip.load_factor,
         "guaranteed": guaranteed.load_factor,
         "shakedown": shakedown.load_factor,
-        "open": int(shakedown.open.sum()),
         "residual": max(shakedown.residual, guaranteed.residual),
     }
 
@@ -104,7 +103,6 @@ _LIMITS = {
     "onset": "load factor at the first slip of the bonded contact",
     "guaranteed": "guaranteed limit lambda_1",
     "shakedown": "shakedown limit lambda_2",
-    "open": "nodes that are open under the mean load",
     "residual": "worst of both limits",
 }
 _LOAD = {"load": "load cycle, see LOADS"}

@@ -69,7 +69,7 @@ def histories(parameters: Parameters) -> Iterator[Row]:
     for name, contact, cycle, load_factor in [*asked, ("rounded punch", punch, LOADS, above)]:
         history = fo.wear(contact, cycle, _FRICTION, load_factor, coefficient=_COEFFICIENT)
         table = history.to_frame()
-        shown = table.drop(columns=["work", "stick_width", "outcome"])
+        shown = table.drop(columns=["work", "stick_width", "outcome", "volume", "slipping"])
         yield shown.assign(contact=name, work_share=table["work"] / table["work"][0], residual=history.residual)
 
 
@@ -117,8 +117,6 @@ _HISTORY_COLUMNS = {
     "cycles": "load cycles",
     "work_share": "work of friction per cycle, over that of the unworn contact",
     "largest_depth": "largest depth worn off",
-    "volume": "volume worn off",
-    "slipping": "nodes that slip",
     "residual": "largest residual of all steady states",
 }
 HISTORY = Table("wear_history", "work of friction while contacts wear", _HISTORY_COLUMNS, FULL, QUICK, histories)

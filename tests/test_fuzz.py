@@ -181,15 +181,6 @@ def test_the_oracles_in_space_see_a_wrong_answer(check, monkeypatch):
     raise AssertionError("none of 12 is called wrong")
 
 
-def test_a_gap_that_recover_counts_twice_is_seen(monkeypatch):
-    """A model counts its own initial gap: the state's gap contains it."""
-    seeds, honest = range(0, 64, 8), fo.ContactModel.recover
-    outcomes = [[finding.result for finding in findings(random_case(seed), ["gaps in recover"])] for seed in seeds]
-    monkeypatch.setattr(fo.ContactModel, "recover", lambda model, loads, slip, gap: honest(model, loads, slip, gap - model.condense().gap))
-    told = [finding.text for seed in seeds for finding in findings(random_case(seed), ["gaps in recover"]) if finding.result == "wrong"]
-    assert outcomes == [["answer"]] * 8 and len(told) >= 4 and all("displacements" in text for text in told)
-
-
 @pytest.mark.parametrize(
     "ask",
     [lambda seed: findings(random_case(seed), ["best design"]), lambda seed: space_findings(seed, ["best design, 3-D"])],

@@ -101,8 +101,8 @@ def test_errors_that_are_not_ours_are_not_swallowed():
 
 
 def test_full_size_holds_all_that_is_asked_for():
-    sizes = extremes.FULL.sizes
+    sizes = extremes.FULL
     assert max(sizes.most_nodes) == 1000 and min(sizes.most_nodes) == 2 and sizes.corners == 1000 and sizes.cycles == 100_000
     assert max(sizes.gradings) >= 1e6
-    names = {p.extreme for p in probes(extremes.QUICK.sizes)}
+    names = {p.extreme for p in probes(extremes.QUICK)}
     assert len(names) == 24

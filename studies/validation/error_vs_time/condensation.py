@@ -111,8 +111,8 @@ def questions(parameters: Parameters) -> Iterator[Question]:
             scene = fo.scenes.PunchOnHalfPlane(elements=elements, grading=grading)
             error = partial(_exponent_error, exact, scene.corner_size)
             methods.append(Method("frictopt", f"elements, grading {grading:g}", f"{elements}", scene.condense, error))
-    reference = "exponent 0.5445 of the bonded corner of a square punch (closed form), which the reactions near the corner must show"
-    yield Question("condensation", "corner exponent", "paper's scene, any mesh", 0, reference, methods)
+    # reference: exponent 0.5445 of the bonded corner of a square punch (closed form), which the reactions near the corner must show
+    yield Question("condensation", "corner exponent", "paper's scene, any mesh", 0, methods)
 
 
 def _elimination(elements: int) -> Question:
@@ -122,8 +122,8 @@ def _elimination(elements: int) -> Question:
     for ordering in ORDERINGS:
         run = partial(_plain, scene, ordering)
         methods.append(Method("scipy, one right-hand side each", "ordering", ordering, run, error, rival="scipy"))
-    reference = "the same solutions refined by residuals in extended precision"
-    return Question("condensation", "stiffness S", f"paper's scene, {elements} elements", elements + 1, reference, methods)
+    # reference: the same solutions refined by residuals in extended precision
+    return Question("condensation", "stiffness S", f"paper's scene, {elements} elements", elements + 1, methods)
 
 
 def _plain(scene: fo.scenes.PunchOnHalfPlane, ordering: str) -> Array:

@@ -6,7 +6,6 @@ right. That takes milliseconds where elimination in fractions takes minutes. Whe
 every other row holds and no multiplier is negative.
 """
 
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -22,25 +21,6 @@ _ZERO = Fraction(1, 10**30)  # slacks and multipliers above minus this, over the
 
 class NotProven(ArithmeticError):
     """The exact solution of the proposed basis breaks a condition of the optimum."""
-
-
-@dataclass(frozen=True)
-class ExactLimit:
-    """Optimum of a linear program over safe slips.
-
-    Attributes
-    ----------
-    value
-        Load factor or margin.
-    slip
-        (N,) the slip of the vertex, length.
-    pivots
-        Rows exchanged until the proposed basis was the optimal one.
-    """
-
-    value: float
-    slip: Array
-    pivots: int
 
 
 def fractions(values: Any) -> Array:
@@ -73,39 +53,22 @@ def refined(matrix: Array, right: Array) -> Array:
     return solution
 
 
-def exact_shakedown_limit(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float, active: Array) -> ExactLimit:
-    """Largest load factor with a safe slip, of slips that add up to zero.
+def exact_guaranteed_limit(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float, node: int, active: Array) -> float:
+    """Least load factor at which a safe slip holds a node on both its bounds.
 
     Parameters
     ----------
     system, cycle, friction
         The contact, its load cycle, and one coefficient of friction.
+    node
+        The node.
     active
-        (N,) proposed rows of the vertex: of the N rows against forward slip and then the N against backward slip.
+        Proposed rows of the vertex, of those of `safe_rows`; with both rows of the node.
 
     Raises
     ------
     NotProven
         No vertex near the proposed one is the optimum.
-    """
-    matrix, right, cyclic, _ = safe_rows(system, cycle, friction)
-    return _maximum(np.column_stack([matrix, -cyclic]), right, active)
-
-
-def exact_margin(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float, load_factor: float, active: Array) -> ExactLimit:
-    """Largest reserve of a safe slip at a load factor, over the mean friction bound of the mean load; below the cap of 1.
-
-    Parameters and errors as of `exact_shakedown_limit`.
-    """
-    matrix, right, cyclic, bound = safe_rows(system, cycle, friction)
-    reserve = np.array([bound] * len(right), dtype=object)
-    return _maximum(np.column_stack([matrix, -reserve]), right + Fraction(load_factor) * cyclic, active)
-
-
-def exact_guaranteed_limit(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float, node: int, active: Array) -> ExactLimit:
-    """Least load factor at which a safe slip holds a node on both its bounds.
-
-    Parameters and errors as of `exact_shakedown_limit`; `active` has both rows of the node.
     """
     matrix, right, cyclic, _ = safe_rows(system, cycle, friction)
     both = [node, system.nodes + node]  # an equation is two rows, of which the vertex has the one with a multiplier that is not negative
@@ -117,8 +80,7 @@ def exact_guaranteed_limit(system: fo.ContactSystem, cycle: fo.LoadCycle, fricti
         (place,) = np.flatnonzero(active == row)
         if multipliers[place] < 0:
             active[place] = 2 * system.nodes + number
-    found = _maximum(falling, right, active)
-    return replace(found, value=-found.value)
+    return -largest(falling, right, active)
 
 
 def exact_increment(system: fo.ContactSystem, friction: float, slip: Array, bonded: tuple[Array, Array], status: Array) -> Array:
@@ -159,12 +121,18 @@ def safe_rows(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) ->
     return rows[:, :-1] - rows[:, -1:], -np.concatenate([f * p0 + q0, f * p0 - q0]), cyclic, f * sum(p0) / len(p0)
 
 
-def _maximum(matrix: Array, right: Array, active: Array) -> ExactLimit:
-    """Maximise the last unknown subject to `matrix z >= right`: exact simplex steps from the proposed vertex to the optimal one."""
+def largest(matrix: Array, right: Array, active: Array) -> float:
+    """Largest last unknown of `matrix z >= right`: exact simplex steps from the vertex with the rows `active` to the optimal one.
+
+    Raises
+    ------
+    NotProven
+        No vertex near the proposed one is the optimum.
+    """
     objective = np.array([Fraction(0)] * (matrix.shape[1] - 1) + [Fraction(1)], dtype=object)
     size = np.abs(matrix.astype(float)).max(axis=1)
     active = np.array(active)
-    for pivots in range(matrix.shape[1]):
+    for _ in range(matrix.shape[1]):
         z = refined(matrix[active], right[active])
         slack = matrix @ z - right
         slack[active] = Fraction(0)
@@ -173,7 +141,7 @@ def _maximum(matrix: Array, right: Array, active: Array) -> ExactLimit:
         if min(multipliers) < -_ZERO * max(multipliers):
             raise NotProven(f"the proposed vertex has the negative multiplier {float(min(multipliers)):.1e}")
         if slack[entering] >= -_ZERO * max(abs(right)):
-            return ExactLimit(float(z[-1]), np.append(z[:-1], -sum(z[:-1])).astype(float), pivots)
+            return float(z[-1])
         active[_leaving(multipliers, refined(matrix[active].T, matrix[entering]))] = entering
     raise NotProven("the proposed vertex is far from the optimal one")
 

@@ -71,7 +71,7 @@ class NodePrograms:
 def exact_least(system: fo.ContactSystem, friction: float) -> float:
     """The upper bound under bulk stress in rational arithmetic, at the node that HiGHS finds."""
     _, node, solver = NodePrograms.of(system, LOADS, friction).least({})
-    return exact_guaranteed_limit(system, LOADS, friction, node, highs_vertex(solver)).value
+    return exact_guaranteed_limit(system, LOADS, friction, node, highs_vertex(solver))
 
 
 def questions(parameters: Parameters, scene: Scene) -> Iterator[Question]:
@@ -85,5 +85,5 @@ def questions(parameters: Parameters, scene: Scene) -> Iterator[Question]:
     for name, options in OPTIONS.items():
         run, error = partial(bare.least, options), relative(exact, lambda found: found[0])
         methods.append(Method("HiGHS, a program for each node", "options", name, run, error, rival="highspy"))
-    reference = "vertex of the program of its node in rational arithmetic, refined to 40 digits and proven optimal"
-    yield Question("lambda_1", "upper bound", scene.name, system.nodes, reference, methods)
+    # reference: vertex of the program of its node in rational arithmetic, refined to 40 digits and proven optimal
+    yield Question("lambda_1", "upper bound", scene.name, system.nodes, methods)

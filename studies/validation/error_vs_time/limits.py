@@ -12,14 +12,13 @@ from frictopt.solve import LP_SOLVERS
 
 from ...paper import LOADS
 from .bare_lp import SIMPLEX, LinearProgram, highs, highs_vertex, methods
-from .exact import exact_margin, exact_shakedown_limit, fractions, safe_rows
+from .exact import fractions, largest, safe_rows
 from .methods import Method, Question, relative
 from .parameters import Parameters
 from .scenes import Scene
 
 Array = np.ndarray[Any, Any]
 
-_VERTEX = "vertex of the linear program in rational arithmetic, refined to 40 digits and proven optimal"
 _DIRECTION = {"sigma": -1.0}
 
 
@@ -41,28 +40,27 @@ def exact_onset(system: fo.ContactSystem, friction: float) -> float:
 def exact_limit(system: fo.ContactSystem, friction: float) -> float:
     """Shakedown limit under bulk stress, in rational arithmetic."""
     slips, mean, cyclic, _ = safe_rows(system, LOADS, friction)
-    return exact_shakedown_limit(system, LOADS, friction, _vertex(slips, -cyclic, mean)).value
+    return _largest(slips, -cyclic, mean)
 
 
 def exact_largest_margin(system: fo.ContactSystem, friction: float, load_factor: float) -> float:
     """Largest margin of a safe slip under bulk stress, in rational arithmetic."""
     slips, mean, cyclic, bound = safe_rows(system, LOADS, friction)
-    right = mean + Fraction(load_factor) * cyclic
-    return exact_margin(system, LOADS, friction, load_factor, _vertex(slips, np.full(len(right), -bound), right)).value
+    return _largest(slips, np.array([-bound] * len(mean), dtype=object), mean + Fraction(load_factor) * cyclic)
 
 
-def _vertex(slips: Any, last: Any, right: Any) -> Array:
-    """(N,) rows of the vertex that HiGHS finds, of the N rows against forward slip and the N against backward slip."""
-    slips, last, right = (values.astype(float) for values in (slips, last, right))
-    matrix = np.column_stack([slips / np.abs(slips).max(), last / np.abs(last).max()])
-    return highs_vertex(highs(LinearProgram.maximum(matrix, right / np.abs(right).max()), SIMPLEX))
+def _largest(*program: Array) -> float:
+    """Largest z of `slips v + last z >= right`, from the vertex that HiGHS finds."""
+    slips, last, right = (values.astype(float) / np.abs(values.astype(float)).max() for values in program)
+    active = highs_vertex(highs(LinearProgram.maximum(np.column_stack([slips, last]), right), SIMPLEX))
+    return largest(np.column_stack(program[:2]), program[2], active)
 
 
 def _onset(parameters: Parameters, scene: Scene) -> Question:
     run = partial(fo.onset, scene.system, fo.LoadCycle(LOADS.mean, [_DIRECTION]), parameters.friction)
     exact = exact_onset(scene.system, parameters.friction)
     method = Method("frictopt", "none", "closed form", run, relative(exact, lambda onset: onset.slip.load_factor))
-    return Question("onset", "load factor of first slip", scene.name, scene.system.nodes, "closed form in rational arithmetic", [method])
+    return Question("onset", "load factor of first slip", scene.name, scene.system.nodes, [method])
 
 
 def _limit(parameters: Parameters, scene: Scene) -> Question:
@@ -80,7 +78,7 @@ def _limit(parameters: Parameters, scene: Scene) -> Question:
     error = relative(exact, lambda limit: limit.load_factor)
     ours = [Method(f"frictopt, {name}", "solver", solver, run, error) for name, solver, run in runs]
     bare = methods(LinearProgram.of(problem), parameters.tolerances, relative(exact, lambda cost: -cost * unit))
-    return Question("lambda_2", "load factor", scene.name, system.nodes, _VERTEX, [*ours, *bare])
+    return Question("lambda_2", "load factor", scene.name, system.nodes, [*ours, *bare])
 
 
 def _safe_slip(parameters: Parameters, scene: Scene) -> Question:
@@ -92,4 +90,4 @@ def _safe_slip(parameters: Parameters, scene: Scene) -> Question:
     problem: Any = found.problem
     unit = found.margin / problem.value
     bare = methods(LinearProgram.of(problem), parameters.tolerances, relative(exact, lambda cost: -cost * unit))
-    return Question("safe slip", "margin", scene.name, system.nodes, _VERTEX, [*ours, *bare])
+    return Question("safe slip", "margin", scene.name, system.nodes, [*ours, *bare])

@@ -62,8 +62,6 @@ class Question:
         Name of the scene.
     nodes
         Node pairs of the interface, 0 if the methods use different numbers.
-    reference
-        Source of the reference value.
     methods
         The methods.
     """
@@ -72,7 +70,6 @@ class Question:
     quantity: str
     scene: str
     nodes: int
-    reference: str
     methods: Sequence[Method]
 
 
@@ -123,7 +120,6 @@ def _row(question: Question, method: Method, repetitions: int) -> dict[str, Any]
         "quantity": question.quantity,
         "scene": question.scene,
         "nodes": question.nodes,
-        "reference": question.reference,
         "method": method.name,
         "rival": method.rival,
         "knob": method.knob,

@@ -22,7 +22,6 @@ from .transients import CYCLES, STEPS, in_steps, last_work, start_slip
 
 Array = np.ndarray[Any, Any]
 
-VERTEX = "vertex of the plane's linear program in rational arithmetic"
 _SHEAR = 0.8  # of the sphere, over the friction bound
 _RADIUS, _WIDTH = 5.0, 1.12  # of the sphere, and of the grid; in units of the contact's radius
 
@@ -63,8 +62,8 @@ def spheres(parameters: Parameters) -> Question:
         return abs(last_work(path) / ball.dissipation(abs(float(path.q[corner, :, 0].sum()))) - 1)
 
     methods = [Method("frictopt, newton", "cells", f"{n}", partial(followed, n), error) for n in parameters.sphere_cells]
-    reference = "closed form of Mindlin and Deresiewicz, with the forces of the mesh"
-    return Question("transient, 3-D", "work in the second cycle", "sphere on a half-space", 0, reference, methods)
+    # reference: closed form of Mindlin and Deresiewicz, with the forces of the mesh
+    return Question("transient, 3-D", "work in the second cycle", "sphere on a half-space", 0, methods)
 
 
 def _limit(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
@@ -78,7 +77,7 @@ def _limit(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
     for tolerance in parameters.tolerances:
         bare = partial(_clarabel, data, tolerance)
         methods.append(Method("Clarabel", "tolerance", f"{tolerance:.0e}", bare, relative(exact, lambda cost: -cost * unit), rival="clarabel"))
-    return Question("lambda_2, 3-D", "load factor", _name(scene), system.nodes, VERTEX, methods)
+    return Question("lambda_2, 3-D", "load factor", _name(scene), system.nodes, methods)
 
 
 def _clarabel(data: Any, tolerance: float) -> float:
@@ -100,7 +99,7 @@ def _increment(parameters: Parameters, scene: Scene, space: InSpace) -> Question
     methods = []
     for engine, kind in (("newton", fo.increments.NewtonIncrement), ("cones", fo.increments.FrozenBoundIncrement)):
         methods.append(Method("frictopt", "engine", engine, partial(kind(system, parameters.friction).solve, before, bonded), error))
-    return Question("increment, 3-D", "slip", _name(scene), n, "the plane's increment in rational arithmetic, refined to 40 digits", methods)
+    return Question("increment, 3-D", "slip", _name(scene), n, methods)
 
 
 def _transient(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
@@ -108,7 +107,7 @@ def _transient(parameters: Parameters, scene: Scene, space: InSpace) -> Question
     exact = last_work(fo.march(scene.system, LOADS, friction, factor, cycles=CYCLES))
     march = partial(fo.march, space[0], LOADS, friction, factor, cycles=CYCLES)
     methods = in_steps("frictopt, newton", march, parameters.space_steps, exact)
-    return Question("transient, 3-D", "work in the second cycle", _name(scene), scene.system.nodes, "exact path of the plane contact", methods)
+    return Question("transient, 3-D", "work in the second cycle", _name(scene), scene.system.nodes, methods)
 
 
 def _steady(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
@@ -118,8 +117,8 @@ def _steady(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
     steady = partial(fo.steady_state, space[0], LOADS, friction, factor, initial_slip=start[:, None] * space[1])
     error = relative(exact, lambda made: made.dissipation)
     methods = [Method("frictopt, newton", STEPS, f"{n}", partial(steady, steps=n), error) for n in parameters.space_steps]
-    reference = f"work in cycle {parameters.reference_cycles} of the plane's exact path"
-    return Question("steady state, 3-D", "work in a cycle", _name(scene), scene.system.nodes, reference, methods)
+    # reference: work in cycle reference_cycles of the plane's exact path
+    return Question("steady state, 3-D", "work in a cycle", _name(scene), scene.system.nodes, methods)
 
 
 def _name(scene: Scene) -> str:

@@ -15,7 +15,7 @@ from .limits import exact_largest_margin, exact_limit
 from .methods import Method, Question, relative
 from .parameters import Parameters
 from .scenes import Scene
-from .space import VERTEX, in_space
+from .space import in_space
 from .transients import STEPS
 
 _ABOVE = 1.5  # load factor of the least slip, over the shakedown limit
@@ -30,30 +30,30 @@ def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Q
     system, _ = in_space(parameters, scene)
     name, n = f"{scene.name}, in space", plane.nodes
 
-    def question(computation: str, quantity: str, reference: str, run: Any, value: Any, exact: float) -> Question:
-        return Question(computation, quantity, name, n, reference, [Method("frictopt", "none", "default", run, relative(exact, value))])
+    def question(computation: str, quantity: str, run: Any, value: Any, exact: float) -> Question:
+        return Question(computation, quantity, name, n, [Method("frictopt", "none", "default", run, relative(exact, value))])
 
     rubbing, factor, above = parameters.guaranteed_friction, parameters.margin_share * scene.limit, _ABOVE * scene.limit
     run: Any = partial(fo.guaranteed_limit, system, LOADS, rubbing)
-    yield question("lambda_1, 3-D", "upper bound", VERTEX, run, lambda limit: limit.load_factor, exact_least(plane, rubbing))
+    yield question("lambda_1, 3-D", "upper bound", run, lambda limit: limit.load_factor, exact_least(plane, rubbing))
 
     run, exact = partial(fo.safe_slip, system, LOADS, friction, factor), exact_largest_margin(plane, friction, factor)
-    yield question("safe slip, 3-D", "margin", VERTEX, run, lambda safe: safe.margin, exact)
+    yield question("safe slip, 3-D", "margin", run, lambda safe: safe.margin, exact)
 
     run = partial(fo.required_friction, system, LOADS, exact_limit(plane, friction))
-    reference = "the friction at which the plane's limit is that load factor"
-    yield question("required friction, 3-D", "coefficient", reference, run, lambda found: found.required, friction)
+    # reference: the friction at which the plane's limit is that load factor
+    yield question("required friction, 3-D", "coefficient", run, lambda found: found.required, friction)
 
     run = partial(fo.shakedown_limit(system, LOADS, friction).least_slip, above)
     exact = fo.shakedown_limit(plane, LOADS, friction).least_slip(above).bound
-    yield question("least slip, 3-D", "bound, the limit given", "multipliers of the plane's limit", run, lambda least: least.bound, exact)
+    yield question("least slip, 3-D", "bound, the limit given", run, lambda least: least.bound, exact)
 
     if elements == min(parameters.space_elements):
         exact = fo.limit_after_protocol(plane, LOADS, friction, tolerance=_PROVEN).load_factor
         ask, steps = partial(fo.limit_after_protocol, system, LOADS, friction, tolerance=_PROVEN), parameters.search_steps
         error = relative(exact, lambda found: found.load_factor)
         methods = [Method("frictopt", STEPS, f"{many}", partial(ask, steps=many), error) for many in steps]
-        yield Question("limit after protocol, 3-D", "load factor", name, n, f"exact paths of the plane, tolerance {_PROVEN:.0e}", methods)
+        yield Question("limit after protocol, 3-D", "load factor", name, n, methods)
 
         asked = LOADS, friction, parameters.overload * scene.limit
         span = fo.dissipation_range(plane, *asked)
@@ -62,7 +62,7 @@ def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Q
             return max(abs(found.least / span.least - 1), abs(found.most / span.most - 1))
 
         methods = [Method("frictopt", STEPS, f"{many}", partial(fo.dissipation_range, system, *asked, steps=many), off) for many in steps]
-        yield Question("range of dissipation, 3-D", "least and most work", name, n, "the range that exact paths of the plane find", methods)
+        yield Question("range of dissipation, 3-D", "least and most work", name, n, methods)
 
 
 def amplitudes(parameters: Parameters) -> Question:
@@ -86,7 +86,7 @@ def amplitudes(parameters: Parameters) -> Question:
     for tolerance in parameters.region_tolerances:
         run = partial(fo.safe_region, system, mean, ["x", "y"], friction, tolerance=tolerance)
         methods.append(Method("frictopt", "tolerance", f"{tolerance:.0e}", run, shortfall))
-    return Question("safe region, 3-D", "amplitudes", "sphere on a half-space", system.nodes, "smallest circles, in closed form", methods)
+    return Question("safe region, 3-D", "amplitudes", "sphere on a half-space", system.nodes, methods)
 
 
 def _crossing(one: Any, other: Any, ray: Any) -> float:

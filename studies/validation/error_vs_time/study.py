@@ -52,7 +52,6 @@ _ERROR = {
     "quantity": "quantity whose relative error is measured",
     "scene": "name of the scene; questions on one scene and quantity are the same work",
     "nodes": "node pairs of the interface; 0 where they differ from row to row",
-    "reference": "source of the reference value",
     "method": "name of the method",
     "rival": "package that is called directly, empty for frictopt; solvers get the matrices that frictopt compiles; their answers are not checked",
     "knob": "parameter that controls the accuracy",
@@ -61,7 +60,7 @@ _ERROR = {
     "error": "relative error, at least 2.2e-16; inf without an answer",
     "residual": "residual that frictopt reports for its answer; NaN for rivals, and for answers that have none",
     "seconds": "processor time, one thread: median of the repetitions; inf without an answer",
-    "repetitions": "timed runs, after one that is not timed; fewer if a run takes long",
+    "repetitions": "timed runs, after one that is not timed; fewer if a run takes long, and from 2 s on that one alone",
     "on_front": "no other method is as fast and as accurate, and better in one of the two; errors below 1e-12 count as equal",
     "ahead": "a rival on the front: frictopt has no answer as fast and as accurate",
 }

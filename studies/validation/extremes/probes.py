@@ -28,18 +28,16 @@ class Sizes:
 
 @dataclass(frozen=True)
 class Answer:
-    """An answer: its number, its residual, its solver, and the number of solvers that failed before."""
+    """An answer: its number, its residual, its solver."""
 
     number: float
     residual: float
     solver: str
-    fallbacks: int = 0
 
     @classmethod
     def of(cls, result: Any, number: float) -> Self:
         """A number of a result."""
-        asked = {attempt.solver for attempt in result.record.attempts}
-        return cls(number, result.residual, result.record.solver, max(len(asked) - 1, 0))
+        return cls(number, result.residual, result.record.solver)
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ Run with `python -m studies extremes [--quick]`; it prints a short table in Mark
 """
 
 import time
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -18,23 +18,15 @@ from ...tables import Study, Table, markdown
 from .cases import probes
 from .probes import Answer, Probe, Sizes
 
-
-@dataclass(frozen=True)
-class Parameters:
-    """What the study varies."""
-
-    sizes: Sizes = field(default_factory=Sizes)
+FULL = Sizes()
+QUICK = Sizes(elements=8, most_nodes=(2, 4, 16), gradings=(1.0, 1e6, 1e9), corners=100, cycles=1000)
 
 
-FULL = Parameters()
-QUICK = Parameters(Sizes(elements=8, most_nodes=(2, 4, 16), gradings=(1.0, 1e6, 1e9), corners=100, cycles=1000))
-
-
-def at_the_edge(parameters: Parameters) -> pd.DataFrame:
+def at_the_edge(sizes: Sizes) -> pd.DataFrame:
     """One row per question."""
     with threadpool_limits(1):
         fo.steady_state(fo.scenes.PunchOnHalfPlane(elements=2).condense(), fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}]), 0.5, 1.0)  # compiles the path
-        rows = [judged(probe) for probe in tqdm(list(probes(parameters.sizes)), desc="extremes", disable=None)]
+        rows = [judged(probe) for probe in tqdm(list(probes(sizes)), desc="extremes", disable=None)]
     return pd.DataFrame(rows)
 
 
@@ -90,7 +82,6 @@ _COLUMNS = {
     "number": "the answer: a load factor, work of friction per cycle (force times length), 1 or 0 for yes or no, a force over the mean one",
     "residual": "residual of the answer",
     "solver": "solver of the answer",
-    "fallbacks": "number of solvers that failed before; for a path 1 if the rates of some event are not proven to be unique",
     "error": "relative difference from the reference",
     "reference": "source of the reference",
     "seconds": "time of the answer, one thread",

@@ -17,7 +17,6 @@ from .designs import best_design
 from .guaranteed import followed, guaranteed, guaranteed_transformed
 from .known import Known, NotAsked, Wrong, same, transformed
 from .ranges import found_range, least_slip, limit_after_protocol
-from .recovered import recovered
 from .separated import separated
 
 _STEPS = (7, 30, 131, 1009)  # increments from corner to corner; without common divisors, so that not all of them miss the same event
@@ -234,6 +233,5 @@ CHECKS: dict[str, Callable[[Known], tuple[float, bool]]] = {
     "safe start": _safe_start,
     "mixed-integer increment": partial(_increment, engine=ExactIncrement),
     "frozen-bound increment": partial(_increment, engine=FrozenBoundIncrement),
-    "gaps in recover": recovered,
 }
 """Question -> function that answers it and holds it against something independent: residual, and whether there was anything to compare with."""
