@@ -119,7 +119,7 @@ UNHELD = {
         "contacts": [fo.Contact("punch", "block")],
     },
     "pairs: the relative motion of pair 0, of node 0 of body 1, follows from those of other pairs or from supports": {
-        "supports": [*FREE, fo.Support("punch", "left", "x"), fo.Support("block", "left", "x")]
+        "supports": [*FREE, fo.Support("punch", "left", "xy"), fo.Support("block", "left", "xy")]
     },
 }
 
