@@ -68,16 +68,16 @@ def _minimum(
     free = [(None, None)] * (len(cost) - 1) + [(lowest, None)]
     circle, angle = (grid.ravel() for grid in np.meshgrid(np.arange(len(q)), 2 * np.pi * np.arange(_SIDES) / _SIDES, indexing="ij"))
     rows, level = less or (np.zeros((0, len(cost))), np.zeros(0))
-    for _ in range(_CUTS):
+    for cut in range(_CUTS):
         way = np.column_stack([np.cos(angle), np.sin(angle)])
         rows = np.vstack([rows, np.einsum("ma,mai->mi", way, shear[circle]) - bound[circle]])
         level = np.r_[level, p[circle] - np.sum(way * q[circle], axis=1)]
         for method in ("highs-ds", "highs-ipm"):
             found = linprog(cost, rows, level, *equal, free, method=method, options=_TIGHT)
-            if found.status in (0, 2, 3):
+            if found.status in ((0, 2) if cut else (0, 2, 3)):  # more rows make no bounded program unbounded
                 break
         if found.status != 0:
-            return found.status, None
+            return (1 if cut and found.status == 3 else found.status), None
         off = shear @ found.x + q
         beyond = np.linalg.norm(off, axis=-1) - bound @ found.x - p
         circle = np.flatnonzero(beyond > _EXCESS)
