@@ -212,7 +212,10 @@ def _load_parts(text: str) -> tuple[str, str, str, list[float]]:
 
 
 def _shard(text: str) -> tuple[int, ...]:
-    return tuple(int(number) for number in text.split("/"))
+    try:
+        return tuple(int(number) for number in text.split("/"))
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{text!r}; give K/N, such as 3/50") from error
 
 
 if __name__ == "__main__":

@@ -204,9 +204,8 @@ def condensed(
             f"stiffness: bodies 1 are so much stiffer than bodies 2 that the stiffness of the contact has an error of {rounding:.1e}; "
             "exchange the bodies, or bring their stiffness closer together"
         )
-    still = np.flatnonzero(
-        np.asarray(abs(T).sum(axis=0)).ravel()[front < 0] == 0
-    )  # across planes of symmetry: any stiffness does, with no force there is no slip
+    motionless = np.asarray(abs(T).sum(axis=0)).ravel()[front < 0] == 0  # across planes of symmetry: any stiffness does, no force is there
+    still = np.flatnonzero(motionless)
     S[still, still] = np.diag(S).sum() / max(k - len(still), 1)
     return S, dict(zip(loads, R.T, strict=True)), -left[k:, k:]
 

@@ -136,8 +136,11 @@ class _Newton:
         self._program, self._cones, self._at, self._off = program, cones, at, off
         self._scaling = Scaling(cones, at.s, at.z)
         self._solve = Equations(program, self._scaling).solved
-        y, z = self._solve(-off.dual, 2 * at.s - off.primal)  # all of it would be lost in its own rounding in the end
-        self._y, self._z = (at.y + y) / at.tau, (at.z + z) / at.tau
+        if at.tau < at.kappa:
+            self._y, self._z = self._solve(-program.objective, program.right)
+        else:  # towards an optimum the same, all of which would be lost in its own rounding in the end
+            y, z = self._solve(-off.dual, 2 * at.s - off.primal)
+            self._y, self._z = (at.y + y) / at.tau, (at.z + z) / at.tau
         self._slope = at.kappa / at.tau + float((self._scaling.times(self._z) ** 2).sum())
 
     def direction(self, share: float = 0.0, ahead: _Point | None = None) -> _Point:

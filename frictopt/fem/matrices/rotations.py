@@ -24,8 +24,8 @@ def with_rotations(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[Integer
     made = np.setdiff1d(labels[:, 0], deck.numbers)
     if unnamed > 1 or (unnamed and len(made) > 1):
         raise ModelError(
-            f"deck: {unnamed} rigid parts name no ROT NODE, and the matrix has {len(made)} nodes that are not in the deck; name a ROT "
-            "NODE in each *RIGID BODY, and use *RIGID BODY in place of *COUPLING"
+            f"deck: {unnamed} rigid parts name no ROT NODE, and the matrix has nodes {', '.join(map(str, made[:3]))}{', ...' * (len(made) > 3)} "
+            "that are not in the deck; name a ROT NODE in each *RIGID BODY, and use *RIGID BODY in place of *COUPLING"
         )
     for reference, rotation in constraints.rigid:
         rows = np.flatnonzero(np.isin(labels[:, 0], made if rotation is None else deck.numbers[rotation]))
