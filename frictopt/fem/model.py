@@ -53,8 +53,7 @@ class ContactModel(Shown, Viewed):
         belongs to as many contacts as faces end there. Where its motion in the last of them follows from the others, the next node stands for both.
     kinematics
         Of plane meshes "plane_strain" (None says so too), "plane_stress", or "axisymmetric": x is then the radius and x = 0 the axis, and stiffness,
-        forces and widths (which are areas) are those of the whole circumference. Nothing twists or bends: slips are along the meridian. Of
-        meshes in space "space" (or None).
+        forces and widths (which are areas) are those of the whole circumference; slips are along the meridian. Of meshes in space "space" (or None).
     units
         Names of the units of force and length, such as "N, mm", for pictures and tables, see `ContactSystem`.
 
