@@ -167,10 +167,12 @@ def _at_corners(limit: Limit, ax: Axes | None, title: str, friction: Array, *, s
         return no_lines(axes, limit.reason)
     system, (q, p), names = limit.system, limit.reactions, limit.cycle.corner_names
     if system.tangents == 2:
-        circled: ArrayLike = [node] if (node := getattr(limit, "node", None)) is not None else []
-        why = "critical node" if circled else ""
+        circled: ArrayLike = ()
+        why = ""
         if isinstance(limit, ShakedownLimit | RequiredFriction):
             circled, why = np.unique(limit.mechanism["node"]), "limiting node"
+        elif isinstance(limit, GuaranteedLimit) and limit.node is not None:
+            circled, why = [limit.node], "critical node"
         return ratio_map(axes, system, q[0], p[0], friction, names[0], limit.slip, limit.open, circled, why)
     circles, label = _circles(limit)
     _ratios(axes, system, friction, q, p, names, circles, label)
