@@ -7,7 +7,7 @@ from .contact import (
 )
 from .contact.answers import Outcome
 from .errors import FrictoptError, ModelError, ModelWarning, NoContinuation, SolverError, StoreError
-from .fem.bodies import Body, Support
+from .fem.bodies import Body, Support, split_bodies
 from .fem.bolts import BoltPreload
 from .fem.condense import condense
 from .fem.contacts import Contact, Interference
@@ -18,11 +18,10 @@ from .fem.matrices.ansys import read_ansys
 from .fem.matrices.calculix import read_calculix
 from .fem.matrices.job import MatrixJob
 from .fem.matrices.meshes import read_mesh
+from .fem.matrices.modes import modal_load
 from .fem.matrices.nastran import read_nastran
-from .fem.modal import modal_load
 from .fem.model import ContactModel
 from .fem.paraview import write_paraview
-from .fem.split import split_bodies
 from .histories import results, starts
 from .histories.damping import damping_curve
 from .histories.dissipation import dissipation_study

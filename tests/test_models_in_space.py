@@ -8,8 +8,7 @@ from skfem import Basis, ElementHex1, ElementQuad1, ElementTetP1, ElementTriP1, 
 from skfem.models.elasticity import linear_elasticity
 
 import frictopt as fo
-from frictopt.fem.elasticity import body_stiffness
-from frictopt.fem.forms import boundary_forces
+from frictopt.fem.elasticity import body_stiffness, boundary_forces
 from frictopt.fem.recovery import _strain_and_stress
 from meshes import ring
 

@@ -9,9 +9,8 @@ from scipy.spatial.transform import Rotation
 from skfem import MeshHex, MeshTet
 
 import frictopt as fo
-from frictopt.fem.clipping import facet_overlaps
 from frictopt.fem.faces import facets_around
-from frictopt.fem.mortar import mortar_projection
+from frictopt.fem.mortar import facet_overlaps, mortar_projection
 from meshes import blocks as plane_blocks
 from meshes import ring
 from test_models_in_space import RUBBER, THICK, extruded

@@ -9,7 +9,7 @@ import pytest
 import frictopt as fo
 import frictopt.transients.stepped as transient
 from frictopt.contact.parts import joined
-from frictopt.fem.frames import frames_of
+from frictopt.fem.interface import frames_of
 from frictopt.transients.sliding import check_sliding
 
 SCENE = fo.scenes.SquarePunch(elements=2, growth=3.0)

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
+from frictopt.fem.contacts import check_touching
 from frictopt.fem.faces import normals_of
-from frictopt.fem.touching import check_touching
 from meshes import ring, rotation, turned
 
 FEET = [(-12.0, -7.0), (-2.5, 2.5), (7.0, 12.0)]

@@ -12,18 +12,15 @@ from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
 from .bodies import Body, Support
 from .bolts import BoltPreload, Cut, cut_bodies, released
-from .contacts import Contact, Interference, Joint, joined
+from .contacts import Contact, Interference, Joint, check_touching, joined
 from .corners import shares
-from .elasticity import Kinematics, body_stiffness
-from .forms import values_at
-from .frames import frames_of, guided
+from .elasticity import Kinematics, body_stiffness, values_at
+from .elements import midside_ties
 from .given import same_point
-from .interface import Interface, openings
+from .interface import Interface, frames_of, guided, openings
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
-from .midside import midside_ties
 from .ordering import Integers
 from .rigid import assemblies, node_graph
-from .touching import check_touching
 
 Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Displacement | Interference | BoltPreload
 

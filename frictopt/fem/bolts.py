@@ -11,9 +11,8 @@ from skfem import Mesh
 from ..contact.checks import Array
 from ..errors import ModelError
 from .bodies import Body
-from .elasticity import Kinematics
+from .elasticity import Kinematics, Part, boundary_forces
 from .elements import facet_nodes, points_from
-from .forms import Part, boundary_forces
 from .ordering import Integers, parts_of
 
 _FLAT = 1e-3  # share of its extent by which a section may be out of its plane: decks have few digits

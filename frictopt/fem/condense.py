@@ -13,7 +13,6 @@ from ..contact import ContactSystem
 from ..contact.checks import Array, checked_contact, finite_array, place
 from ..contact.tolerances import EQUILIBRIUM
 from ..errors import ModelError
-from .frames import check_course, check_sides, frames_of, guided, half_widths
 from .given import (
     check_forgotten,
     checked_forces,
@@ -24,7 +23,7 @@ from .given import (
     checked_stiffness,
     same_point,
 )
-from .interface import Interface, openings
+from .interface import Interface, check_course, check_sides, frames_of, guided, half_widths, openings
 from .ordering import NO_ROWS, Integers, nested_dissection
 from .rigid import balanced, check_supports, free_motions, node_graph, slips_of
 from .schur import Elimination

@@ -8,9 +8,8 @@ from skfem import Basis
 from ..contact.checks import Array, finite_number
 from ..errors import ModelError
 from .bodies import Body, Place, checked_place, checked_point
-from .elasticity import Kinematics, element_means
+from .elasticity import Amount, Kinematics, Part, boundary_forces, components, element_means, gradient_forces, values_at, volume_forces
 from .elements import basis_of
-from .forms import Amount, Part, boundary_forces, components, gradient_forces, values_at, volume_forces
 
 # `_forces` of a load are (d, nodes) nodal forces on its body: in the plane per depth, axisymmetric those of the whole circumference.
 

@@ -22,7 +22,7 @@ from .bolts import BoltPreload
 from .condense import condensed
 from .contacts import Contact
 from .elasticity import KINEMATICS, Kinematics
-from .frames import check_course
+from .interface import check_course
 from .loads import Expansion, Pressure, Traction
 from .ordering import Integers
 from .recovery import BodyFields, Recovery, body_fields, warn_of_open_nodes

@@ -19,9 +19,8 @@ from ..errors import ModelError, ModelWarning
 from .assembly import Assembly
 from .bodies import Body
 from .condense import eliminated, fronts
-from .elasticity import Kinematics, element_means
+from .elasticity import MOMENTS, Kinematics, element_means
 from .elements import basis_of
-from .forms import MOMENTS
 from .loads import Expansion
 from .matrices.meshes import meshio_library
 from .rigid import node_graph

@@ -3,8 +3,7 @@
 from .dovetail import Dovetail
 from .pin import PinInPlate
 from .press_fit import PressFit
-from .punch import PunchOnHalfPlane
+from .punch import PunchOnHalfPlane, SquarePunch
 from .rounded import RoundedPunch
-from .square_punch import SquarePunch
 
 __all__ = ["Dovetail", "PinInPlate", "PressFit", "PunchOnHalfPlane", "RoundedPunch", "SquarePunch"]

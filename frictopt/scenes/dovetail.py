@@ -15,8 +15,7 @@ from ..fem.elasticity import Material
 from ..fem.loads import Traction
 from ..fem.model import ContactModel
 from ..fem.ordering import Flags
-from .grading import along, away
-from .scene import Scene
+from .scene import Scene, along, away
 
 _CLEARANCE = 0.2  # of the slot beside neck and foot, over their height
 

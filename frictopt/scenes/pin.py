@@ -15,8 +15,7 @@ from ..fem.elasticity import Material
 from ..fem.loads import BodyForce, Traction
 from ..fem.model import ContactModel
 from ..fem.ordering import Integers
-from .grading import away
-from .scene import Scene
+from .scene import Scene, away
 
 _CORE = 0.5  # half-side of the square in the middle of the pin, over its radius
 

@@ -12,8 +12,7 @@ from ..fem.contacts import Contact, Interference
 from ..fem.elasticity import Material
 from ..fem.loads import Traction
 from ..fem.model import ContactModel
-from .grading import along, away
-from .scene import Scene
+from .scene import Scene, along, away
 
 
 @dataclass(frozen=True)

@@ -1,15 +1,90 @@
-"""The paper's scene: a square elastic punch pressed on a half-plane (Flicek et al. 2015, Fig. 1)."""
+"""Punches on a block: the paper's scene, on a half-plane (Flicek et al. 2015, Fig. 1), and a square punch in space."""
 
+from abc import abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from skfem import MeshHex, MeshQuad
 
 from ..contact import ContactSystem
 from ..contact.checks import Array, choice, finite_number, frozen
-from ..fem.bodies import Support
-from .block import PunchOnBlock
-from .grading import along
+from ..fem.bodies import Body, Support
+from ..fem.elasticity import ELEMENT_NAMES, ElementName, Material
+from ..fem.loads import Traction
+from ..fem.model import ContactModel
+from .scene import Scene, along, away
+
+
+@dataclass(frozen=True)
+class PunchOnBlock(Scene):
+    """Base of scenes of a punch on a block; the last coordinate goes up from the contact."""
+
+    elements: int = 10
+    half_width: float = 1.0
+    punch_height: float = 2.0
+    block_half_width: float = 4.0
+    block_depth: float = 3.0
+    growth: float = 1.7
+    punch_material: Material = Material()
+    block_material: Material = Material()
+    element: ElementName = "linear"
+
+    _within = (("half_width", "block_half_width"),)
+    _directions = "xy"
+
+    def __post_init__(self) -> None:
+        choice("element", self.element, ELEMENT_NAMES)
+        super().__post_init__()
+
+    @property
+    @abstractmethod
+    def contact_nodes(self) -> Array:
+        """Coordinates of the nodes along the contact, exactly mirror-symmetric."""
+
+    @property
+    def corner_size(self) -> float:
+        """Size of the contact element at the corner, length."""
+        return float(self.contact_nodes[-1] - self.contact_nodes[-2])
+
+    @property
+    def _supports(self) -> Sequence[Support]:
+        return [Support("block", "bottom")]
+
+    @property
+    def _grids(self) -> Sequence[Sequence[Array]]:
+        face, half = self.contact_nodes, self.block_half_width
+        up, down, beside = (away(length, self.corner_size, self.growth) for length in (self.punch_height, self.block_depth, half - self.half_width))
+        side = self.half_width + beside[1:]
+        side[-1] = half
+        across = len(self._directions) - 1
+        return [face] * across + [up], [np.r_[-side[::-1], face, side]] * across + [-down[::-1]]
+
+    def model(self) -> ContactModel:
+        """The two meshes with supports and load cases."""
+        kind = MeshQuad if self._directions == "xy" else MeshHex
+        punch, block = (kind.init_tensor(*lines) for lines in self._grids)
+        punch = punch.with_boundaries({"contact": lambda x: x[-1] == 0, "top": lambda x: x[-1] == self.punch_height})
+        block = block.with_boundaries(
+            {
+                "contact": lambda x: (x[-1] == 0) & (np.abs(x[:-1]) < self.half_width).all(axis=0),
+                "bottom": lambda x: x[-1] == -self.block_depth,
+                "left": lambda x: x[0] == -self.block_half_width,
+                "right": lambda x: x[0] == self.block_half_width,
+            }
+        )
+        *across, up = list(self._directions)
+        shears = {name: f"Q{name}" if len(across) > 1 else "Q" for name in across}
+        return ContactModel(
+            bodies={"punch": Body(punch, self.punch_material, self.element), "block": Body(block, self.block_material, self.element)},
+            supports=self._supports,
+            loads={
+                "P": [Traction("punch", "top", **{up: -1.0})],
+                **{case: [Traction("punch", "top", **{name: 1.0})] for name, case in shears.items()},
+                "sigma": [Traction("block", "left", x=-1.0), Traction("block", "right", x=1.0)],
+            },
+        )
 
 
 @dataclass(frozen=True)
@@ -102,3 +177,52 @@ class PunchOnHalfPlane(PunchOnBlock):
 def _even(values: Array, sign: int = 1) -> Array:
     """Even (or, with sign -1, odd) part under reversal of the nodes."""
     return frozen((values + sign * np.flip(values)) / 2)
+
+
+@dataclass(frozen=True)
+class SquarePunch(PunchOnBlock):
+    """A punch of square section on a block, in structured hexahedra.
+
+    The contact is `|x|, |y| <= half_width`, z = 0; the block's bottom is held. Load cases, each of unit traction: "P", pressure on the top of the
+    punch; "Qx" and "Qy", shear there along x and y; "sigma", tension along x on the two sides of the block.
+
+    Parameters
+    ----------
+    elements
+        Number of elements along each side of the contact, at least 2: N = (elements + 1)^2 node pairs. 24 make 48,000 unknowns.
+    half_width, punch_height
+        Half the side `a` of the contact, and height of the punch, length.
+    block_half_width, block_depth
+        Size of the block, length.
+    growth
+        Ratio of neighbouring element sizes away from the contact, > 1; the first one has the size of those on the contact.
+    punch_material, block_material
+        The two materials.
+    element
+        "linear", or "mean_dilatation": hexahedra that do not lock as nu approaches 0.5.
+
+    Raises
+    ------
+    ModelError
+        Sizes that are not positive or too far apart, a block narrower than the punch.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.scenes.SquarePunch(elements=2, growth=2.0).condense()
+    >>> system
+    ContactSystem(nodes=9, tangents=2, loads=['P', 'Qx', 'Qy', 'sigma'], gap=False)
+    >>> q, p = system.reaction({"P": 1.0})
+    >>> round(float(p.sum()), 6)  # the whole pressure, (2 a)^2
+    4.0
+    """
+
+    punch_height: float = 1.5
+
+    _multiple = 1
+    _directions = "xyz"
+
+    @property
+    def contact_nodes(self) -> Array:
+        """(elements + 1,) x and y of the nodes of the contact, exactly mirror-symmetric."""
+        return np.asarray(self.half_width * np.arange(-self.elements, self.elements + 1, 2) / self.elements)

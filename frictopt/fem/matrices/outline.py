@@ -9,10 +9,9 @@ from skfem import Mesh
 
 from ...contact.checks import Array, finite_array, finite_number, real_array
 from ...errors import ModelError
-from ..elements import facet_nodes
+from ..elasticity import boundary_forces
+from ..elements import facet_nodes, midside_ties
 from ..faces import lines_along
-from ..forms import boundary_forces
-from ..midside import midside_ties
 from ..ordering import Integers
 from .deck import Deck
 from .labels import rows_of_nodes
