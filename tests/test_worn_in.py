@@ -145,6 +145,10 @@ PAIR = fo.ContactSystem.from_blocks(
 UNLIKE = fo.ContactSystem.from_blocks(
     [[2.0, -1.0], [-1.0, 2.0]], np.zeros((2, 2)), np.eye(2), [0.0, 1.0], {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0])}
 )
+SEESAW = fo.ContactSystem.from_blocks(  # wear at one node relieves the next one, which has worn too much by then: 0.338 at node 0, not 1/6
+    *([[1.0, 0.5, 0.4], [0.5, 1.0, 0.1], [0.4, 0.1, 1.0]], np.zeros((3, 3)), [[1.0, 0.5, 0.4], [0.5, 1.0, 0.1], [0.4, 0.1, 1.0]]),
+    *([0.0, 1.0, 2.0], {"P": ([0, 0, 0], [0.5, 0.9, 0.9]), "Q": ([1.0, 0.6, 0.9], [0, 0, 0])}),
+)
 ROUND = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"P": 1.0}, {"Q": -1.0}])
 
 
@@ -153,6 +157,7 @@ ROUND = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"P": 1.0}, {"Q": -1.0}])
     [
         ((PAIR, COARSE[1], F, 0.5), "system: it is coupled"),
         ((UNLIKE, COARSE[1], F, 0.5), "system: its tangential stiffness"),
+        ((SEESAW, COARSE[1], F, 1.0), "system: wear at node 1 takes pressure off node 0"),
         ((COARSE[0], COARSE[1], np.linspace(0.4, 0.5, 16), 0.1), "friction: from 0.4 to 0.5"),
         ((COARSE[0], ROUND, F, 0.1), "cycle: its loads do not stay on one line"),
         ((COARSE[0], COARSE[1], F, 0.6), "load_factor: no node sticks"),
