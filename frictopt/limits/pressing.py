@@ -6,7 +6,6 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
-from ..contact.coulomb import lengths
 from ..contact.record import SolveRecord
 from ..contact.tolerances import RESIDUAL
 from ..solve.solvers import solve
@@ -39,8 +38,6 @@ class Pressing:
     ----------
     least
         The least normal reaction under its slip, in mean normal forces of the mean load, at most 1.
-    friction
-        Coefficient of friction with which its slip is safe; inf where a node carries no pressure.
     motion
         Openings for which the loads do work although no residual slip resists them, where `least` is negative.
     residual
@@ -49,9 +46,8 @@ class Pressing:
 
     def __init__(self, v: SafeSet, load_factor: float) -> None:
         task, slip = v.task, v.solved_slip
-        _, _, q, p = task.states(load_factor, slip)
+        p = task.states(load_factor, slip)[3]
         self.least = float(min(p.min() / task.force, 1.0))
-        self.friction = float((lengths(q, p) / p).max()) if self.least > _NO_LEAST_PRESSURE else np.inf
         cap, rule = v.cap("cap"), ruling(-task.p0, -task.p1, load_factor)
         opening = np.zeros(task.p1.shape)
         opening[rule] = np.maximum(v.rows["pressed"].dual_value, 0.0) / v.unit

@@ -8,24 +8,25 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, Booleans, finite_number, frozen, place
-from ..contact.record import SolveRecord, WithSlip
-from ..contact.show import Plotted, components, frame, places
+from ..contact.checks import Array, finite_number, frozen, place
+from ..contact.record import SolveRecord
+from ..contact.show import frame
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import SolverError
-from .mechanism import Mechanism
-from .pressing import Pressing, best_pressed
+from .answered import Answered
+from .pressing import best_pressed
+from .question import LimitQuestion
 from .safe_slip import SafeSlipModel
 from .safe_slip_result import SafeSlip
 
 _PROVEN_FRICTION = 100 * RESIDUAL  # share between the two friction coefficients of a proof that is tried first
 _WIDEST_PROOF = 1e4 * RESIDUAL  # and the largest: a small node has a small part of the margin
-_LEAST_FRICTION, _MOST_FRICTION = 1e-6, 1e4  # which linear programs can tell from 0 and inf
-_TRIED = (1.0, 4.0, 16.0, 64.0)  # where nodes are open under the mean load, which depends on friction
+_LEAST_FRICTION = 1e-6  # which linear programs can tell from 0
+_MORE_FRICTION = 4.0 ** np.arange(1, 8)  # tried where 1 is not enough, up to what linear programs can tell from inf
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RequiredFriction(WithSlip, Plotted):
+class RequiredFriction(Answered):
     """The least coefficient of friction with which a load factor is safe, with its proof from both sides.
 
     Attributes
@@ -42,12 +43,8 @@ class RequiredFriction(WithSlip, Plotted):
         while no residual slip resists them. Columns node, x, corner, direction (+1 slips along +x, -1 against it, 0 opens), share; largest first.
     reason
         Why it is so, in words.
-    system, cycle, load_factor
-        What was asked: the contact, its load cycle and the load factor.
-    open
-        (N,) which nodes are open at all corners, because the mean load leaves them so.
-    reactions
-        (K, N) or (K, N, 2) and (K, N) reactions `q, p` at the corners under the slip, force; NaN where no friction is enough.
+    load_factor
+        The load factor that was asked for.
     record
         How it was found. Its `residual` is the larger one of the two proofs. At most 1e-9.
 
@@ -65,16 +62,13 @@ class RequiredFriction(WithSlip, Plotted):
     slip: Array = field(repr=False)
     mechanism: pd.DataFrame = field(repr=False)
     reason: str
-    system: ContactSystem = field(repr=False)
-    cycle: LoadCycle = field(repr=False)
     load_factor: float
-    open: Booleans = field(repr=False)
-    reactions: tuple[Array, Array] = field(repr=False)
     record: SolveRecord
+    _task: LimitQuestion = field(repr=False)
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, its place and the slip that is safe with the required friction."""
-        return frame({"node": range(len(self.slip)), **places(self.system), **components("slip", self.slip)}, units=self.system.units)
+        return frame(self._places(), units=self.system.units)
 
 
 def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: float, *, slip_bound: Any = None) -> RequiredFriction:
@@ -114,94 +108,60 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     (1.0, True)
     """
     started, load_factor = perf_counter(), finite_number("load_factor", load_factor, least=0.0)
-    asked, most = _Asked(SafeSlipModel(system, cycle, slip_bound=slip_bound), load_factor, started), 1.0
-    within = "" if slip_bound is None else " within the slip bound"
-    none_needed = asked.sheared_alike and asked.proven(0.0, True)
+    model = SafeSlipModel(system, cycle, slip_bound=slip_bound)
+    asked, most, task = _Asked(model, load_factor), 1.0, model._asked
+    within, smaller = ("", "") if slip_bound is None else (" within the slip bound", "smaller ")
+    sheared = load_factor * task.q1
+    alike = np.ptp(task.q0 + sheared, axis=0).max() <= RESIDUAL * max(np.abs(task.q0).max(), np.abs(sheared).max())
+    none_needed = alike and asked.proven(0.0, True)  # else no slip takes the shear off at all corners
     if not (none_needed or asked.proven(most, True)):
         pressed, record = best_pressed(system, cycle, load_factor, slip_bound)
-        if pressed.impossible and not asked.enough_with_open_nodes():
-            return _never(pressed, record, system, cycle, load_factor, within, started)
-        most = asked.most if pressed.impossible else _enough(asked, pressed)
+        tried = [] if pressed.impossible and not asked.opened else _MORE_FRICTION
+        most = next((friction for friction in tried if asked.proven(friction, True)), np.inf)
+        if pressed.impossible and most == np.inf:
+            mechanism, record = pressed.motion.table(system, cycle.corner_names), replace(record, seconds=perf_counter() - started)
+            nodes, unsafe, task = mechanism["node"].unique(), np.full(system.slip_shape, np.nan), replace(task, friction=task.friction * np.inf)
+            named = [f"{x:.4g}" for x in system.x[nodes]] if system.tangents == 1 else [place(point) for point in system.points[nodes]]
+            where = f"{'x =' if system.tangents == 1 else 'at'} {', '.join(named[:4])}{', ...' * (len(nodes) > 4)}"
+            why = f"no friction is enough: whatever slips{within}, the loads open one of {len(nodes)} nodes ({where}) at some corner; press them"
+            return RequiredFriction(np.inf, np.inf, frozen(unsafe), mechanism, why, load_factor, record, task)
+        if most == np.inf:
+            raise SolverError(
+                f"required friction: none up to {_MORE_FRICTION[-1]:g} is enough, although no node need open: the best residual slip leaves a "
+                f"pressure of {pressed.least:.1e} force scales at one node; press nodes of little pressure, or leave them out"
+            )
     root, step = 0.0 if none_needed else asked.root(most), _PROVEN_FRICTION
     if root < _LEAST_FRICTION:
         if not asked.proven(0.0, True):
             raise SolverError(f"required friction: {_LEAST_FRICTION:.0e} is enough and 0 is not; no shear load of that size matters, take it as 0")
-        slip = asked.safe(0.0)
+        enough = too_little = asked.safe(0.0)
+        mechanism, bound = enough._motion.scaled(0.0).table(system, cycle.corner_names), np.nan
         why = f"none is needed: a residual slip{within} takes all shear off every node at every corner"
-        still = Mechanism(np.zeros((1, *system.slip_shape)), np.zeros((1, system.nodes)), np.zeros(system.nodes))
-        motionless, record = still.table(system, ()), asked.record((slip,), slip.residual)
-        return RequiredFriction(0.0, np.nan, slip.slip, motionless, why, system, cycle, load_factor, slip.open, _kept(slip), record)
-    while not (asked.proven(root * (1 + step), True) and asked.proven(root * (1 - step), False)):
-        step *= 4
-        if step > _WIDEST_PROOF:
-            (less, more), smaller = asked.bracket(), "" if slip_bound is None else "smaller "
-            raise SolverError(
-                f"required friction: no slip is safe with {less:g}, one of up to {asked.safe(more).largest_slip:.3g} is with {more:g}, and rounding "
-                f"leaves it open what is enough between them; give a {smaller}slip_bound if that slip is more than assembly can leave, or check for "
-                "reactions of very different sizes"
-            )
-    enough, too_little = asked.safe(root * (1 + step)), asked.safe(root * (1 - step))
-    return RequiredFriction(
-        required=root * (1 + step),
-        bound=root * (1 - step),
-        slip=enough.slip,
-        mechanism=too_little.certificate,
-        reason=f"no residual slip{within} is safe with less: see the mechanism",
-        system=system,
-        cycle=cycle,
-        load_factor=load_factor,
-        open=enough.open,
-        reactions=_kept(enough),
-        record=asked.record((enough, too_little), max(enough.residual, too_little.residual)),
-    )
-
-
-def _kept(safe: SafeSlip) -> tuple[Array, Array]:
-    """The reactions of a safe slip, read-only."""
-    q, p = safe.reactions
-    return frozen(q), frozen(p)
-
-
-def _never(
-    best: Pressing, found: SolveRecord, system: ContactSystem, cycle: LoadCycle, load_factor: float, within: str, started: float
-) -> RequiredFriction:
-    """The answer that no friction is enough, from the slip that presses the nodes best."""
-    mechanism = best.motion.table(system, cycle.corner_names)
-    nodes = sorted(set(mechanism["node"]))
-    named = [f"{x:.4g}" for x in system.x[nodes]] if system.tangents == 1 else [place(point) for point in system.points[nodes]]
-    where = f"{'x =' if system.tangents == 1 else 'at'} {', '.join(named[:4])}{', ...' * (len(nodes) > 4)}"
-    why = f"no friction is enough: whatever slips{within}, the loads open one of {len(nodes)} nodes ({where}) at some corner; press them"
-    unsafe, corners, closed = np.full(system.slip_shape, np.nan), len(cycle.corners), np.zeros(system.nodes, dtype=bool)
-    forces = frozen(np.full((corners, *system.slip_shape), np.nan)), frozen(np.full((corners, system.nodes), np.nan))
-    record = replace(found, seconds=perf_counter() - started)
-    return RequiredFriction(np.inf, np.inf, frozen(unsafe), mechanism, why, system, cycle, load_factor, closed, forces, record)
-
-
-def _enough(asked: "_Asked", pressed: Pressing) -> float:
-    """A coefficient of friction above 1 that is proven to be enough."""
-    most, start = 1.0, 1.01 * pressed.friction
-    while not asked.proven(most, True):
-        if most >= _MOST_FRICTION:
-            raise SolverError(
-                f"required friction: none up to {most:g} is enough, although no node need open: the best residual slip leaves a pressure of "
-                f"{pressed.least:.1e} force scales at one node; press nodes of little pressure, or leave them out"
-            )
-        most = min(4 * most, max(2 * most, start), _MOST_FRICTION)
-    return most
+    else:
+        while not (asked.proven(root * (1 + step), True) and asked.proven(root * (1 - step), False)):
+            step *= 4
+            if step > _WIDEST_PROOF:
+                less, more = asked.bracket
+                raise SolverError(
+                    f"required friction: no slip is safe with {less:g}, one of up to {asked.safe(more).largest_slip:.3g} is with {more:g}, and "
+                    f"rounding leaves it open what is enough between them; give a {smaller}slip_bound if that slip is more than assembly can leave, "
+                    "or check for reactions of very different sizes"
+                )
+        enough, too_little, bound = asked.safe(root * (1 + step)), asked.safe(root * (1 - step)), root * (1 - step)
+        mechanism, why = too_little._motion.table(system, cycle.corner_names), f"no residual slip{within} is safe with less: see the mechanism"
+    attempts = enough.record.attempts + too_little.record.attempts * (too_little is not enough)
+    residual, seconds = max(enough.residual, too_little.residual), perf_counter() - started
+    record = replace(enough.record, attempts=attempts, residual=residual, seconds=seconds)
+    required = root * (1 + step) if bound > 0 else 0.0
+    return RequiredFriction(required, bound, enough.slip, mechanism, why, load_factor, record, enough._task)
 
 
 class _Asked:
     """Safe slips of one load factor, by friction; each is solved for once."""
 
-    def __init__(self, model: SafeSlipModel, load_factor: float, started: float) -> None:
-        self._model, self._load_factor, self._started = model, load_factor, started
+    def __init__(self, model: SafeSlipModel, load_factor: float) -> None:
+        self._model, self._load_factor = model, load_factor
         self._found: dict[float, SafeSlip] = {}
-
-    @property
-    def sheared_alike(self) -> bool:
-        """Whether the corners shear each node alike: else no slip takes the shear off at all of them."""
-        q0, q1 = self._model._asked.q0, self._load_factor * self._model._asked.q1
-        return bool(np.ptp(q0 + q1, axis=0).max() <= RESIDUAL * max(np.abs(q0).max(), np.abs(q1).max()))
 
     def safe(self, friction: float) -> SafeSlip:
         """The slip that stays furthest inside the friction bounds."""
@@ -237,22 +197,13 @@ class _Asked:
         except SolverError:
             return False
 
-    def enough_with_open_nodes(self) -> bool:
-        """Whether some friction is enough where the nodes that the mean load leaves open need not be pressed."""
-        first = self._found.get(_TRIED[0])
-        return first is not None and bool(first.open.any()) and any(self.proven(friction, True) for friction in _TRIED)
+    @property
+    def opened(self) -> bool:
+        """Whether nodes are open under the mean load, which need not be pressed."""
+        return any(safe.open.any() for safe in self._found.values())
 
     @property
-    def most(self) -> float:
-        """The least friction asked for that is proven to be enough."""
-        return min(friction for friction, safe in self._found.items() if safe.exists)
-
     def bracket(self) -> tuple[float, float]:
         """The largest friction asked for that is proven to be too little, and the least that is proven to be enough."""
         exists = {friction: safe.exists for friction, safe in self._found.items()}
         return max((f for f, enough in exists.items() if not enough), default=0.0), min(f for f, enough in exists.items() if enough)
-
-    def record(self, proofs: tuple[SafeSlip, ...], residual: float) -> SolveRecord:
-        """How an answer with these proofs was found."""
-        attempts = tuple(attempt for proof in proofs for attempt in proof.record.attempts)
-        return SolveRecord(proofs[0].record.solver, attempts, residual, proofs[0].record.left_out, perf_counter() - self._started)
