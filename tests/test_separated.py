@@ -9,8 +9,8 @@ import pytest
 
 import frictopt as fo
 from frictopt.limits import separated
-from frictopt.limits.open_sets import open_set_limit
 from frictopt.limits.question import pose
+from frictopt.limits.separated_sets import open_set_limit
 from separation import pulled_system, resting_starts, rests
 from studies.validation.open_patterns import every_pattern, largest_with_open
 from systems import CYCLE, explained, system
@@ -125,7 +125,7 @@ def test_what_is_said_of_it(paper_cycle):
     assert limit.reason in text and limit.covers in text and "opened                   2 x 5, boolean" in text
     assert limit.problem.is_mixed_integer() and pickle.loads(pickle.dumps(limit)).load_factor == limit.load_factor
     table = limit.to_frame()
-    assert list(table.columns) == ["node", "x", "slip", "gap", "open"] and np.array_equal(table["open"], limit.open)
+    assert list(table.columns) == ["node", "x", "slip", "open", "gap"] and np.array_equal(table["open"], limit.open)
     assert np.array_equal(limit.slip, limit.state.slip) and not limit.slip.flags.writeable
 
 

@@ -12,17 +12,17 @@ from numpy.typing import ArrayLike
 from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import LimitKind
 from ..contact.checks import Array, frozen, whole_number
-from ..contact.cycle import reactions
 from ..contact.diagnosis import unscaled_diagnosis
+from ..contact.parts import joined
 from ..contact.record import Attempt, SolveRecord
-from ..contact.show import components, frame, places
+from ..contact.show import frame
 from ..contact.tolerances import RESIDUAL
-from ..solve.bounds import BoundStatus
+from ..solve.bounds import BoundStatus, bounds
 from ..solve.explain import Units, explain
 from .answered import Answered
 from .open_nodes import border
 from .question import LimitQuestion, pose
-from .separated import SeparatedProblem
+from .separated import corner_program
 from .separated_sets import best_open_set
 from .shakedown_result import ShakedownLimit
 
@@ -81,13 +81,9 @@ class SeparatedLimit(Answered):
     _units: Units = field(repr=False)
 
     def to_frame(self) -> pd.DataFrame:
-        """The DataFrame of the nodes: columns node, its place, slip, gap at the last corner, and open."""
-        gap = np.full(self.system.nodes, np.nan) if self.state is None else self.state.gap
-        slip = components("slip", self.slip)
-        table: pd.DataFrame = frame(
-            {"node": range(self.system.nodes), **places(self.system), **slip, "gap": gap, "open": self.open}, units=self.system.units
-        )
-        return table
+        """The DataFrame of the nodes: columns node, its place, slip, open, and gap at the last corner."""
+        gap = np.nan if self.state is None else self.state.gap
+        return frame({**self._places(), "open": self.open, "gap": gap}, units=self.system.units)
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the answer, the reason, what the bound covers, and the mixed-integer program by its names."""
@@ -163,8 +159,8 @@ class _Bound:
     """The upper bound of load factors up to `up_to` by the mixed-integer program, and why it is what it is."""
 
     value: float
-    up_to: float
-    why: str
+    why: str = ""
+    up_to: float = np.inf
     attempts: tuple[Attempt, ...] = ()
     problem: cp.Problem | None = None
     units: Units = field(default_factory=dict)
@@ -174,33 +170,31 @@ def _bound(task: LimitQuestion, best: ShakedownLimit | None, most_nodes: int) ->
     """The bound over ever wider ranges of load factors, as long as a state comes to their end."""
     largest, booleans = 0.0 if best is None else best.load_factor, task.p1.size
     if largest == np.inf:
-        return _Bound(np.inf, np.inf, "")
+        return _Bound(np.inf)
     if task.system.tangents > 1:
-        return _Bound(np.inf, np.inf, "no bound, for the mixed-integer program is one of straight lines, and friction circles are not")
+        return _Bound(np.inf, "no bound, for the mixed-integer program is one of straight lines, and friction circles are not")
     if booleans > _MOST_BOOLEANS:
-        return _Bound(np.inf, np.inf, f"no bound, for a mixed-integer program of {booleans} booleans is not tried")
-    system, cycle = task.system, task.cycle
-    mean, cyclic = (float(np.abs(reactions(system, loads)).sum(axis=(0, 2)).max()) for loads in (cycle.unscaled, cycle.corners))
-    up_to = _RANGE * (largest or (mean / cyclic if mean > 0 and cyclic > 0 else 1.0))
-    attempts: list[Attempt] = []
-    for _ in range(_ROUNDS):
-        model = SeparatedProblem(system, cycle, task.friction, up_to)
-        bounds, states, problem = model.search(largest * (1 - _ONE_LIMIT), most_nodes)
-        attempts.append(Attempt("HIGHS", f"load factors up to {up_to:.6g}: {bounds.status.value}", 0.0))
+        return _Bound(np.inf, f"no bound, for a mixed-integer program of {booleans} booleans is not tried")
+    mean, cyclic = (float(np.abs(joined(q, p)).sum(axis=1).max()) for q, p in ((task.q0, task.p0), (task.q1, task.p1)))
+    begin, attempts = _RANGE * (largest or (mean / cyclic if mean > 0 and cyclic > 0 else 1.0)), list[Attempt]()
+    for up_to in (begin * _WIDER ** np.arange(_ROUNDS)).tolist():
+        program = corner_program(task, largest * (1 - _ONE_LIMIT), up_to)
+        found = bounds(program.problem, most_nodes)
+        attempts.append(Attempt("HIGHS", f"load factors up to {up_to:.6g}: {found.status.value}", 0.0))
         value, why = np.inf, ""
-        if bounds.status is BoundStatus.INFEASIBLE:
+        if found.status is BoundStatus.INFEASIBLE:
             value, why = (np.nan, "") if best is None else (np.inf, "it is outside of what the bound covers")
-        elif states is not None and model.touches(states):
+        elif found.status.has_solution and program.touches:
             why = "a big-M bound is active, so there is no upper bound"
-        elif bounds.bound < up_to * (1 - _ONE_LIMIT):
-            value, why = max(bounds.bound, largest), "above it the mixed-integer program allows states that open and close in each cycle"
-        elif bounds.status is not BoundStatus.OPTIMAL:
+        elif found.bound < 1 - _ONE_LIMIT:
+            value, why = max(found.bound * up_to, largest), "above it the mixed-integer program allows states that open and close in each cycle"
+        elif found.status is not BoundStatus.OPTIMAL:
             why = "no bound, for the search tree has no nodes left; give more most_nodes"
-        if why or not np.isinf(value):
-            return _Bound(value, up_to, why, tuple(attempts), problem, dict(model.units))
-        up_to *= _WIDER
-    why = "no bound, for at the corners the mixed-integer program allows states at any load factor"
-    return _Bound(np.inf, up_to / _WIDER, why, tuple(attempts), problem, dict(model.units))
+        if why or np.isnan(value):
+            break
+    else:
+        why = "no bound, for at the corners the mixed-integer program allows states at any load factor"
+    return _Bound(value, why, up_to, tuple(attempts), program.problem, program.units)
 
 
 def _reason(task: LimitQuestion, best: ShakedownLimit | None, bound: _Bound, proven: bool) -> str:
