@@ -22,7 +22,7 @@ from .safe_slip_result import SafeSlip
 _PROVEN_FRICTION = 100 * RESIDUAL  # share between the two friction coefficients of a proof that is tried first
 _WIDEST_PROOF = 1e4 * RESIDUAL  # and the largest: a small node has a small part of the margin
 _LEAST_FRICTION = 1e-6  # which linear programs can tell from 0
-_MORE_FRICTION = 4.0 ** np.arange(1, 8)  # tried where 1 is not enough, up to what linear programs can tell from inf
+_MORE_FRICTION = tuple(4.0**k for k in range(1, 8))  # tried where 1 is not enough, up to what linear programs can tell from inf
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -116,7 +116,7 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     none_needed = alike and asked.proven(0.0, True)  # else no slip takes the shear off at all corners
     if not (none_needed or asked.proven(most, True)):
         pressed, record = best_pressed(system, cycle, load_factor, slip_bound)
-        tried = [] if pressed.impossible and not asked.opened else _MORE_FRICTION
+        tried = () if pressed.impossible and not asked.opened else _MORE_FRICTION
         most = next((friction for friction in tried if asked.proven(friction, True)), np.inf)
         if pressed.impossible and most == np.inf:
             mechanism, record = pressed.motion.table(system, cycle.corner_names), replace(record, seconds=perf_counter() - started)

@@ -4,6 +4,7 @@ The limit of a contact with a given set of open nodes is that of its closed node
 """
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -32,38 +33,29 @@ def best_open_set(task: LimitQuestion, most_sets: int) -> ShakedownLimit | None:
     """
     model, tried = ShakedownModel(task.system, task.cycle), set[bytes]()
     first = model.solve(task.friction)
-    try:
+    best, waiting = None if np.isnan(first.load_factor) else first, [first.open]
+    with suppress(SolverError):  # without it the search has one set less to begin with
         settled = None if first.open.any() else open_under_mean(task)  # else it is that of the first one
-    except SolverError:  # the search has one set less to begin with
-        settled = None
-    best = None if np.isnan(first.load_factor) else first
-    waiting = [first.open, *([] if settled is None else [settled])]
-    others = [opened for opened in waiting if best is None or (best.open != opened).any()]
-    for _ in range(most_sets if best is not None else _FURTHER):
+        waiting += [] if settled is None else [settled]
+    others = waiting if best is None else waiting[1:]
+    for _ in range(_FURTHER if best is None else most_sets):
         found = best
-        for other in others:
-            if len(tried) < most_sets and other.tobytes() not in tried and (best is None or best.load_factor < np.inf):
-                best = _better(best, model, task, other)
-                tried.add(other.tobytes())
-        if best is not found and best is not None:
+        for other in others[: most_sets - len(tried)]:
+            tried.add(other.tobytes())
+            with suppress(FrictoptError):  # one without an answer that passes the checks is none of those known to rest
+                limit = open_set_limit(model, task, other)
+                best = limit if limit is not None and (best is None or limit.load_factor > best.load_factor) else best
+        if best is None:
+            waiting = waiting + others
+        elif best is not found:
             waiting = [best.open]
-        elif best is None:
-            waiting += others
-        if not waiting or len(tried) >= most_sets:
+        if not waiting or len(tried) >= most_sets or (best is not None and best.load_factor == np.inf):
             break
         opened = waiting.pop(0)
         ruling = best.mechanism["node"].unique().tolist() if best is not None and (best.open == opened).all() else []
-        others = [other for other in _moved(opened, ruling, task.system.tangents == 1) if other.tobytes() not in tried]
+        moved = {other.tobytes(): other for other in _moved(opened, ruling, task.system.tangents == 1)}
+        others = [other for name, other in moved.items() if name not in tried]
     return best
-
-
-def _better(best: ShakedownLimit | None, model: ShakedownModel, task: LimitQuestion, opened: Booleans) -> ShakedownLimit | None:
-    """The limit of a set if it is larger; one without an answer that passes the checks is none of those known to rest."""
-    try:
-        limit = open_set_limit(model, task, opened)
-    except FrictoptError:
-        return best
-    return limit if limit is not None and (best is None or limit.load_factor > best.load_factor) else best
 
 
 def _moved(opened: Booleans, active: list[int], plane: bool) -> Iterator[Booleans]:
