@@ -5,13 +5,43 @@ from skfem import MeshHex, MeshQuad
 
 import frictopt as fo
 
+RUBBER = fo.Material(2.0, 0.45)
+THICK = 0.7  # of strips one element thick
+
 
 def rotation(angle):
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 
 
-def turned(mesh, angle):
-    return type(mesh)(rotation(angle) @ mesh.p, mesh.t).with_boundaries(mesh.boundaries)
+def turned(mesh, turn):
+    """A mesh turned by an angle, or by a matrix."""
+    return type(mesh)((rotation(turn) if np.ndim(turn) == 0 else turn) @ mesh.p, mesh.t).with_boundaries(mesh.boundaries)
+
+
+def box(kind, *lines):
+    """A box along the lines of its mesh; its sides are x-, x+, y- and so on, but what is at height 0 (y in the plane, z in space) is the contact."""
+    mesh = kind.init_tensor(*(np.asarray(line, dtype=float) for line in lines))
+    ends = [(f"{'xyz'[k]}{sign}", k, line[end]) for k, line in enumerate(lines) for sign, end in (("-", 0), ("+", -1))]
+    named = {"contact" if k == len(lines) - 1 and at == 0 else name: (k, at) for name, k, at in ends}
+    return mesh.with_boundaries({name: lambda x, k=k, at=at: abs(x[k] - at) < 1e-9 for name, (k, at) in named.items()})
+
+
+def two_blocks(kinds, upper=(5, 6), lower=(4, 3), seed=0):
+    """A block 2 wide on another one, of so many elements across; nodes are moved at random (unless seed is None) as far as their sides stay plane."""
+    rng, meshes = np.random.default_rng(seed), {}
+    for name, kind, cells, heights in (("upper", kinds[0], upper, [0.0, 0.4, 1.0]), ("lower", kinds[1], lower, [-1.0, -0.6, 0.0])):
+        mesh = box(kind, *(np.linspace(-1.0, 1.0, n + 1) for n in cells), heights)
+        inner = (mesh.p > mesh.p.min(axis=1, keepdims=True)) & (mesh.p < mesh.p.max(axis=1, keepdims=True))
+        moved = mesh.p + inner * rng.uniform(-0.06, 0.06, mesh.p.shape) * (seed is not None)
+        meshes[name] = kind(moved, mesh.t).with_boundaries(mesh.boundaries)
+    return meshes
+
+
+def extruded(mesh):
+    """The hexahedra above quadrilaterals, from z = 0 to THICK."""
+    (a, b, c, d), n = mesh.t, mesh.p.shape[1]
+    points = np.hstack([np.vstack([mesh.p, np.full(n, z)]) for z in (0.0, THICK)])
+    return MeshHex(points, np.array([a, n + a, d, b, n + d, n + b, c, n + c]))
 
 
 def traction(angle, body, boundary, x=0.0, y=0.0):

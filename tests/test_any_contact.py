@@ -1,24 +1,57 @@
 """Contacts of any number, direction and shape, against closed forms, equilibrium, and themselves turned or exchanged."""
 
+from itertools import product
+
 import numpy as np
 import pytest
-from skfem import MeshQuad, MeshTri
+from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
-from meshes import blocks, hung, ring, rotation, uniform_loads, wedge
+from meshes import blocks, hung, ring, rotation, turned, two_blocks, uniform_loads, wedge
+
+FLAT, SOLID = (list(product(kinds, repeat=2)) for kinds in ((MeshQuad, MeshTri), (MeshTet, MeshHex)))
 
 
-@pytest.mark.parametrize("angle", [0.0, 0.3, np.pi / 2, 4.0])
-@pytest.mark.parametrize("elements", [(7, 7), (8, 10), (3, 7), (7, 3)])
-@pytest.mark.parametrize("kind", [MeshQuad, MeshTri])
-def test_uniform_stress_passes_between_meshes_that_do_not_match(angle, elements, kind):
-    x = [np.linspace(-1, 1, n + 1) + 0.1 / n * np.sin(np.linspace(0, np.pi * n, n + 1)) for n in elements]
-    system = fo.ContactModel(blocks(kind, *x, angle=angle), hung(angle), uniform_loads(angle)).condense()
-    q, p = system.reaction({"p": 2.0, "tau": 3.0})
-    assert np.allclose(p, 2.0 * system.width, rtol=0, atol=1e-12) and np.allclose(np.abs(q), 3.0 * system.width, rtol=0, atol=1e-12)
-    assert system.width.sum() == pytest.approx(2.0, rel=1e-13)
-    normal = rotation(angle) @ [0.0, 1.0]
-    assert np.allclose(system.normals, normal, atol=1e-13) and system.nodes == elements[0] + 1
+@pytest.mark.parametrize(
+    ("kinds", "upper", "lower", "seed", "element", "nu"),
+    [
+        *((kinds, (5, 6), *rest) for kinds in SOLID for rest in (((4, 3), 0, None, 0.3), ((7, 8), 1, None, 0.3), ((5, 6), None, None, 0.3))),
+        *((kinds, (5, 6), (4, 3), 2, "quadratic", 0.3) for kinds in SOLID),
+        *((kinds, *cells, 3, None, 0.3) for kinds in FLAT for cells in (((7,), (7,)), ((8,), (10,)), ((3,), (7,)), ((7,), (3,)))),
+        *((kinds, (7,), cells, 4, element, 0.45) for kinds in FLAT for cells in ((7,), (5,)) for element in ("mean_dilatation", "quadratic")),
+        *((kinds, (7,), (7,), None, element, 0.4999) for kinds in FLAT for element in ("linear", "mean_dilatation")),
+    ],
+)
+def test_any_uniform_stress_passes_between_any_meshes(kinds, upper, lower, seed, element, nu):
+    """At any rotation: tractions, displacements and stresses are exact; also where nodes match, and facets do not."""
+    d, rng = len(upper) + 1, np.random.default_rng(seed or 0)
+    R, shift = np.linalg.qr(rng.normal(size=(d, d)))[0], rng.normal(size=d)
+    R[:, 0] *= np.linalg.det(R)
+    stress = np.zeros((3, 3))
+    stress[:d, :d] = R @ (np.array([[0.3, 0.2, 0.4], [0.2, -0.5, 0.1], [0.4, 0.1, -1.0]])[3 - d :, 3 - d :]) @ R.T
+    stress[2, 2] += nu * np.trace(stress) * (d == 2)  # plane strain
+    gradient = ((1 + nu) * stress - nu * np.trace(stress) * np.eye(3))[:d, :d]
+    bodies = {
+        name: fo.Body(turned(mesh, R).translated(shift), fo.Material(1.0, nu), part)
+        for (name, mesh), part in zip(two_blocks(kinds, upper, lower, seed).items(), (element, None), strict=True)
+    }
+    low, traction = f"{'xyz'[d - 1]}-", stress[:d, :d] @ R
+    load = [fo.Displacement("lower", low, *(lambda *x, row=row: sum(g * (a - b) for g, a, b in zip(row, x, shift, strict=True)) for row in gradient))]
+    for name, side in ((name, side) for name, body in bodies.items() for side in body.mesh.boundaries if side not in ("contact", low)):
+        load.append(fo.Traction(name, side, *(float(f"{side[1]}1") * traction[:, "xyz".index(side[0])])))
+    model = fo.ContactModel(bodies, [fo.Support("lower", low)], {"load": load}, [fo.Contact("upper", "lower")])
+    system = model.condense()
+    q, p = system.bonded["load"]
+    force = np.einsum("nt,nta->na", q.reshape(-1, d - 1), system.frames[:, :-1]) + p[:, None] * system.normals
+    rounding = max(1e-12, 1e-14 / (1 - 2 * nu))  # forces have that of the bulk modulus
+    assert np.allclose(force, -system.width[:, None] * traction[:, -1], rtol=0, atol=rounding) and np.allclose(system.normals, R[:, -1])
+    assert system.width.sum() == pytest.approx(2.0 ** (d - 1), abs=1e-12) and system.nodes == np.prod(np.array(upper) + 1)
+    assert np.linalg.eigvalsh(system.S)[0] > -1e-13 * np.abs(system.S).max() and np.array_equal(system.S, system.S.T)
+    fields = model.recover({"load": 1.0}, np.zeros(system.slip_shape))
+    components = [stress[0, 0], stress[1, 1], stress[0, 1], stress[2, 2], stress[0, 2], stress[1, 2]][: 2 * d if d == 3 else 4]
+    for name, body in bodies.items():
+        assert np.allclose(fields.displacement[name], gradient @ (body.mesh.p - shift[:, None]), rtol=0, atol=rounding)
+        assert np.allclose(fields.stress[name], np.array(components)[:, None], rtol=0, atol=max(1e-12, 1e-13 / (1 - 2 * nu)))
 
 
 def limits(system):
