@@ -1,32 +1,17 @@
 """Corners at which three bodies meet, in the plane and in space: against uniform stress, and against equations with multipliers by dense algebra."""
 
 import re
+from itertools import product
 
 import numpy as np
 import pytest
-from scipy.sparse import block_diag
-from skfem import (
-    Basis,
-    ElementHex1,
-    ElementQuad1,
-    ElementTetP1,
-    ElementTriP1,
-    ElementVector,
-    FacetBasis,
-    LinearForm,
-    MeshHex,
-    MeshQuad,
-    MeshTet,
-    MeshTri,
-    condense,
-    solve,
-)
-from skfem.models.elasticity import lame_parameters, linear_elasticity
+from skfem import Basis, ElementVector, FacetBasis, LinearForm, MeshHex, MeshQuad, MeshTet, MeshTri, condense, solve
+from skfem.models.elasticity import linear_elasticity
 
 import frictopt as fo
-from test_condense_matrices import by_multipliers
+from multipliers import Assembled, by_multipliers
 
-ELEMENTS = {MeshQuad: ElementQuad1, MeshTri: ElementTriP1, MeshHex: ElementHex1, MeshTet: ElementTetP1}
+KINDS = [MeshQuad, MeshTri, MeshHex, MeshTet]
 SHIMS = {"left": (0.0, 1.0, 0.0, 0.75), "right": (1.0, 2.0, 0.0, 0.75)}
 PLATES = {"below": (0.0, 2.0, -0.5, 0.0), "above": (0.0, 2.0, 0.75, 1.25)}
 JOINTS = [(shim, plate, *sides) for plate, sides in (("below", ("y0", "y1")), ("above", ("y1", "y0"))) for shim in SHIMS]
@@ -64,66 +49,43 @@ def outer(body):
     return {"left": ["x0"], "right": ["x1"]}.get(body, ["x0", "x1"])
 
 
-@pytest.mark.parametrize("element", ["linear", "quadratic"])
-@pytest.mark.parametrize("kind", ELEMENTS)
-def test_uniform_stresses_pass_through_by_superposition(kind, element):
-    """P presses the level faces alone and S the upright one alone, each pair by its share of the area; nothing is sheared."""
-    model = shims(kind, element=element)
-    system = model.condense()
+OFTEN = [(MeshQuad, "linear"), (MeshQuad, "quadratic"), (MeshHex, "linear"), (MeshTet, "quadratic")]
+
+
+@pytest.mark.parametrize(
+    ("kind", "element", "plate"), [*((*one, 4) for one in product(KINDS, ["linear", "quadratic"])), *((*one, n) for one in OFTEN for n in (3, 5, 8))]
+)
+def test_uniform_stresses_pass_through_by_superposition(kind, element, plate):
+    """P presses the level faces alone and S the upright one alone; at the corner of the shims plates of 3 or 5 elements have no node."""
+    system, d = shims(kind, plate, element).condense(), 2 if kind in (MeshQuad, MeshTri) else 3
     level = np.abs(system.normals[:, 1]) > 0.5
-    areas = {"P": 4.0, "S": 0.75}
-    for load, pressed in (("P", level), ("S", ~level)):
+    for load, pressed, area in (("P", level, 4.0), ("S", ~level, 0.75)):
         q, p = system.reaction({load: 1.0})
-        assert np.abs(q).max() < 1e-12 and np.abs(p[~pressed]).max() < 1e-12 and p.sum() == pytest.approx(areas[load], rel=1e-12)
-        if kind in (MeshQuad, MeshTri):
+        assert np.abs(q).max() < 1e-12 and np.abs(p[~pressed]).max() < 1e-12 and p.sum() == pytest.approx(area, rel=1e-12)
+        if d == 2 or plate != 4:
             assert p[pressed] == pytest.approx(system.width[pressed], rel=1e-12)
-    assert (~level).sum() == (2 if kind in (MeshQuad, MeshTri) else 8)  # of four rows of nodes two are corners of the level faces
-
-
-@pytest.mark.parametrize(("kind", "element"), [(MeshQuad, "linear"), (MeshQuad, "quadratic"), (MeshHex, "linear"), (MeshTet, "quadratic")])
-@pytest.mark.parametrize("plate", [3, 5, 8])
-def test_uniform_stresses_pass_through_nodes_that_do_not_match(kind, plate, element):
-    """At the corner of the shims the plates have a node or none."""
-    system = shims(kind, plate, element).condense()
-    level = np.abs(system.normals[:, 1]) > 0.5
-    for load, pressed in (("P", level), ("S", ~level)):
-        q, p = system.reaction({load: 1.0})
-        assert np.abs(q).max() < 1e-12 and p == pytest.approx(system.width * pressed, rel=1e-12, abs=1e-12)
+    assert (~level).sum() == (2 if d == 2 else 8)  # of four rows of nodes two are corners of the level faces
 
 
 @pytest.mark.parametrize("up", [2, 3])
-@pytest.mark.parametrize("kind", ELEMENTS)
+@pytest.mark.parametrize("kind", KINDS)
 def test_shims_side_by_side_against_multipliers(kind, up):
     """Pairs by hand: all of the level faces; of the upright one those within, which take half of the width of a corner beside them."""
-    model, d = shims(kind, up=up), 3 if kind in (MeshHex, MeshTet) else 2
-    system = model.condense()
-    lame = lame_parameters(2.0, 0.3)
-    bases = {name: Basis(body.mesh, ElementVector(ELEMENTS[kind]())) for name, body in model.bodies.items()}
-    first = dict(zip(bases, np.cumsum([0, *[basis.N for basis in bases.values()]]), strict=False))
-    K = block_diag([linear_elasticity(*lame).assemble(basis) for basis in bases.values()]).toarray()
-
-    def rows(body, point):
-        """Unknowns of the node of a body at a point."""
-        return first[body] + bases[body].nodal_dofs[:, np.linalg.norm(bases[body].mesh.p - np.array(point)[:, None], axis=0).argmin()]
-
-    deep = 1 if d == 2 else 4
-    G, frames = np.zeros((d * system.nodes, len(K))), system.frames
-    runs = np.repeat(np.arange(5), deep * np.array([3, 3, 3, 3, up - 1]))
-    for i, (point, (one, two, _, _)) in enumerate(zip(system.points, [JOINTS[run] for run in runs], strict=True)):
-        own = {tuple(point): 1.0} if runs[i] < 4 else widths(model.bodies["left"], point, 0.75 / up)
-        for place, width in own.items():
-            for r in range(d):
-                G[r * system.nodes + i, rows(one, place)] += width / sum(own.values()) * frames[i, r]
-                G[r * system.nodes + i, rows(two, place)] -= width / sum(own.values()) * frames[i, r]
-    below = bases["below"]
-    held = [below.nodal_dofs[axis, np.isclose(below.mesh.p[axis], at)] for axis, at in ((1, -0.5), (0, 0.0), (2, 0.0)) if axis < d]
-    held = first["below"] + np.concatenate(held)
     force = fo.BodyForce("above", 0.5, -3.0)
-    weight = np.zeros(len(K))
-    value = LinearForm(lambda v, w: 0.5 * v[0] - 3.0 * v[1]).assemble(bases["above"])
-    weight[first["above"] :][: len(value)] = value
-    S, R = by_multipliers(K, weight[:, None], G, held)
-    q, p = shims(kind, up=up, W=[force]).condense().reaction({"W": 1.0})
+    model, d = shims(kind, up=up, W=[force]), 3 if kind in (MeshHex, MeshTet) else 2
+    system, whole, deep = model.condense(), Assembled(model.bodies), 1 if d == 2 else 4
+    joints = [JOINTS[run] for run in np.repeat(np.arange(5), deep * np.array([3, 3, 3, 3, up - 1]))]
+    partners = []
+    for point, (one, two, *_) in zip(system.points, joints, strict=True):
+        own = {tuple(point): 1.0} if (one, two) != ("left", "right") else widths(model.bodies["left"], point, 0.75 / up)
+        partners.append([(body, place, sign * width / sum(own.values())) for place, width in own.items() for body, sign in ((one, 1), (two, -1))])
+    G = whole.motions(system.frames, partners)
+    held = np.concatenate([whole.on("below", axis, at, axis) for axis, at in ((1, -0.5), (0, 0.0), (2, 0.0)) if axis < d])
+    weight = np.zeros(len(whole.K))
+    value = LinearForm(lambda v, w: 0.5 * v[0] - 3.0 * v[1]).assemble(whole.bases["above"])
+    weight[whole.first["above"] :][: len(value)] = value
+    S, R = by_multipliers(whole.K, weight[:, None], G, held)
+    q, p = system.reaction({"W": 1.0})
     assert np.linalg.matrix_rank(G) == len(G) and np.allclose(system.S, S, rtol=0, atol=1e-9 * np.abs(S).max())
     assert np.allclose(np.r_[q.ravel(order="F"), p], R[:, 0], rtol=0, atol=1e-9 * np.abs(R).max())
 
@@ -173,20 +135,10 @@ def test_a_corner_is_in_both_contacts_of_bodies_that_do_not_meet_otherwise():
     model = fo.ContactModel(*corner_block())
     system = model.condense()
     assert system.nodes == 6 and (np.linalg.norm(system.points, axis=1) < 1e-9).sum() == 2
-    K = block_diag(
-        [linear_elasticity(*body.material.lame).assemble(Basis(body.mesh, ElementVector(ElementQuad1()))) for body in model.bodies.values()]
-    )
-    K, G, frames = K.toarray(), np.zeros((12, 54)), system.frames
-    dofs = [18 * i + Basis(body.mesh, ElementVector(ElementQuad1())).nodal_dofs for i, body in enumerate(model.bodies.values())]
-    where = [{tuple(point): k for k, point in enumerate(body.mesh.p.T)} for body in model.bodies.values()]
-    for i, point in enumerate(system.points):
-        other = 1 if frames[i, 1, 1] > 0.5 else 2
-        for r in range(2):
-            G[6 * r + i, dofs[0][:, where[0][tuple(point)]]] += frames[i, r]
-            G[6 * r + i, dofs[other][:, where[other][tuple(point)]]] -= frames[i, r]
-    meshes = [body.mesh for body in model.bodies.values()]
-    held = np.concatenate([dofs[1][:, meshes[1].p[1] == -1].ravel(), dofs[2][:, meshes[2].p[0] == -1].ravel()])
-    S, _ = by_multipliers(K, np.zeros((54, 1)), G, held)
+    whole, frames = Assembled(model.bodies), system.frames
+    others = np.where(frames[:, 1, 1] > 0.5, "floor", "wall")
+    G = whole.motions(frames, [[("block", x, 1.0), (other, x, -1.0)] for x, other in zip(system.points, others, strict=True)])
+    S, _ = by_multipliers(whole.K, np.zeros((54, 1)), G, np.r_[whole.on("floor", 1, -1), whole.on("wall", 0, -1)])
     assert np.allclose(system.S, S, rtol=0, atol=1e-9 * np.abs(S).max())
     for load, axis in (("P", 1), ("Q", 0)):
         q, p = system.reaction({load: 1.0})
@@ -208,16 +160,9 @@ def test_a_side_of_body_1_may_be_held_where_body_2_is_free():
         [fo.Contact("upper", "lower", "y0", "y1")],
     )
     system = model.condense()
-    bases = [Basis(mesh, ElementVector(ElementQuad1())) for mesh in (upper, lower)]
-    K = block_diag([linear_elasticity(*fo.Material().lame).assemble(basis) for basis in bases]).toarray()
-    G = np.zeros((6, 36))
-    for i, point in enumerate(system.points):
-        for offset, basis, sign in ((0, bases[0], 1.0), (18, bases[1], -1.0)):
-            dofs = offset + basis.nodal_dofs[:, np.linalg.norm(basis.mesh.p - point[:, None], axis=0).argmin()]
-            for r in range(2):
-                G[3 * r + i, dofs] += sign * system.frames[i, r]
-    held = np.r_[bases[0].nodal_dofs[0, upper.p[0] == 0], 18 + bases[1].nodal_dofs[:, lower.p[1] == -1].ravel()]
-    S, _ = by_multipliers(K, np.zeros((36, 1)), G, held)
+    whole = Assembled(model.bodies)
+    G = whole.motions(system.frames, [[("upper", x, 1.0), ("lower", x, -1.0)] for x in system.points])
+    S, _ = by_multipliers(whole.K, np.zeros((36, 1)), G, np.r_[whole.on("upper", 0, 0, 0), whole.on("lower", 1, -1)])
     assert np.allclose(system.S, S, rtol=0, atol=1e-9 * np.abs(S).max())
 
 
@@ -256,7 +201,7 @@ def test_a_held_block_in_a_notch_is_glued_as_one_body_whichever_body_is_the_firs
     contacts = [fo.Contact(*pairs[i], *2 * [("wall", "floor")[i]]) for i in order]
     model = fo.ContactModel(bodies, [fo.Support("block", "end")], {"P": [fo.Traction("seat", "top", x=1.0, y=-2.0)]}, contacts)
     fields = model.recover({"P": 1.0}, np.zeros(model.condense().slip_shape))
-    element = ElementVector(ELEMENTS[kind]())
+    element = ElementVector(whole.elem())
     basis, held = Basis(whole, element), whole.p[:, (whole.p[0] == 0) & (whole.p[1] <= 0.2)]
     loaded = FacetBasis(whole, element, facets=whole.facets_satisfying(sides["top"], boundaries_only=True))
     F = LinearForm(lambda v, w: v[0] - 2 * v[1]).assemble(loaded)
