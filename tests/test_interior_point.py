@@ -122,6 +122,13 @@ def test_a_contact_without_soft_slips_keeps_the_inverse_of_its_equations_to_the_
     assert limit.residual <= 1e-9 and asked[0].inverted
 
 
+def test_under_a_stiff_punch_no_step_spoils_more_of_the_multipliers_than_it_mends():
+    punch = fo.scenes.SquarePunch(elements=9, punch_material=fo.Material(1e2))
+    turning = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}])
+    limit = fo.shakedown_limit(punch.condense(), turning, 0.5, simplify=False, solver="INTERIOR_POINT")
+    assert len(limit.record.attempts) == 1 and limit.residual <= 1e-9
+
+
 def inside(rng, cones, depth):
     """A vector within cones, at most `depth` of its size from their boundary."""
     found = np.empty(cones.size)
