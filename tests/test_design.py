@@ -148,17 +148,6 @@ def test_two_bolts_even_the_loads_of_the_nodes_out():
     assert spread.load_factor == pytest.approx(f * 2.0, rel=1e-9)
 
 
-def test_nodes_between_two_bolts_have_the_limit_of_the_weakest():
-    """min over the nodes of f p(b) / |s|, on a fine grid of what the bolts share."""
-    rng = np.random.default_rng(2)
-    shares, shears, f = rng.uniform(0.1, 1.0, (2, 6)), rng.normal(size=6), rng.uniform(0.2, 0.6, 6)
-    model = fo.DesignModel(uncoupled(shares, shears), SHEAR, preloads=["one", "two"])
-    design = model.solve(f, [cp.sum(model.preload) == 1.0, model.preload >= 0])
-    part = np.linspace(0.0, 1.0, 20001)[:, None]
-    expected = (f * (part * shares[0] + (1 - part) * shares[1]) / np.abs(shears)).min(axis=1).max()
-    assert design.load_factor == pytest.approx(expected, abs=1e-4) and design.load_factor >= expected - 1e-12
-
-
 def test_one_bolt_alone_is_linear_and_least_of_all_that_carry_a_load():
     contact = random_system(np.random.default_rng(4), 4)
     cycle = fo.LoadCycle({}, CYCLE.corners)
@@ -181,21 +170,6 @@ def test_a_bolt_on_a_joint_that_hardly_carries(mean):
     model = fo.DesignModel(node, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), preloads=["bolt"], profile=True)
     design = model.solve(10.0, [cp.abs(model.preload) <= 0.2651997875936538, cp.abs(model.profile) <= 1.9171108287401726e-13])
     assert design.load_factor == pytest.approx(10.0 * (mean + 0.1801059 * 0.2651997875936538) / 0.22466545, rel=1e-6)
-
-
-def test_scatter_of_bolts_is_safe_between_its_corners():
-    """Bolts that may lose a fifth: a design for all four combinations holds at any, and a design without thought of it at fewer."""
-    contact = random_system(rng := np.random.default_rng(9), 4, loads=("mean", "cyclic", "one", "two"))
-    scatter = [(CYCLE, 0.4, {"one": a, "two": b}) for a in (0.8, 1.0) for b in (0.8, 1.0)]
-    model = fo.DesignModel(contact, CYCLE, preloads=["one", "two"], scenarios=scatter)
-    design = model.solve(0.4, [cp.norm1(model.preload) <= 1.0])
-    least = np.inf
-    for a, b in [*rng.uniform(0.8, 1.0, (6, 2)), *[(a, b) for a in (0.8, 1.0) for b in (0.8, 1.0)]]:
-        mean = {"mean": 1.0, "one": a * design.preload["one"], "two": b * design.preload["two"]}
-        least = min(least, fo.shakedown_limit(contact, fo.LoadCycle(mean, CYCLE.corners), 0.4).load_factor)
-    assert least == pytest.approx(design.load_factor, rel=1e-8)
-    calm = fo.DesignModel(contact, CYCLE, preloads=["one", "two"])
-    assert design.load_factor < 0.99 * calm.solve(0.4, [cp.norm1(calm.preload) <= 1.0]).load_factor
 
 
 def moved(model, constraints, values):
@@ -227,17 +201,6 @@ def test_prices_are_slopes_in_the_units_of_the_user():
             slope = (up.load_factor - down.load_factor) / (2e-5 * start[parameter])
             assert rates[name] == pytest.approx(slope, rel=1e-4, abs=1e-6 * abs(slope)), name
         assert rates["budget"] > 0 and rates["depth"] > 0 and abs(rates["tilt"]) > 0
-
-
-def test_above_the_limit_of_a_design_every_start_slips_and_below_its_safe_slip_rests():
-    contact = random_system(np.random.default_rng(3), 3, loads=("mean", "cyclic", "one"))
-    model = fo.DesignModel(contact, CYCLE, preloads=["one"], profile=True)
-    design = model.solve(0.4, [cp.abs(model.preload) <= 0.5, cp.abs(model.profile) <= 0.1])
-    asked = design.system, design.cycle, 0.4
-    rest = fo.steady_state(*asked, 0.999 * design.load_factor, initial_slip=design.slip)
-    assert rest.outcome is fo.Outcome.SHAKEDOWN and rest.dissipation == 0 and rest.slip == pytest.approx(design.slip, abs=1e-12)
-    for start in np.random.default_rng(0).normal(size=(6, 3)):
-        assert fo.steady_state(*asked, 1.001 * design.load_factor, initial_slip=start).outcome is not fo.Outcome.SHAKEDOWN
 
 
 def test_a_profile_is_in_the_gap_and_what_it_adds_is_an_overlap():

@@ -67,12 +67,6 @@ def test_rows_are_the_steady_states_of_each_load_factor_and_start(contact, facto
     assert (table.residual <= 1e-9).all() and (table.error == "").all()
 
 
-def test_an_overload_is_a_load_factor(contact, factors, table):
-    row = table[(table.family == "overload")].iloc[2]
-    steady = fo.steady_state(contact, CYCLE, 0.4, factors[2], overload=2.0)
-    assert row.first_cycle == steady.first_cycle != table[table.family == "none"].iloc[2].first_cycle
-
-
 @pytest.mark.slow
 def test_processes_threads_and_foreign_executors_give_the_same_table(contact, factors, starts, table):
     with ThreadPoolExecutor(3) as threads, ProcessPoolExecutor(1, get_context("spawn")) as processes:

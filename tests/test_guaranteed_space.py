@@ -13,7 +13,6 @@ from spatial import cycle, random_contact
 from studies.validation.followed import random_contact as centred
 from studies.validation.fuzz.embedded import embedded
 from systems import CYCLE, FIRST_PAIR, SECOND_PAIR, system
-from test_open_nodes import open_in_space
 
 pytestmark = pytest.mark.filterwarnings("ignore:Solution may be inaccurate")  # of the cone programs that are compared with
 
@@ -171,14 +170,6 @@ def test_it_is_verified_from_a_load_inside_the_cycle():
     check = fo.guaranteed_limit(contact, outside, f).verify(starts=10, moved=1)
     assert check.dies_out and check.persists and check.starts.shape == (len(check.runs), contact.nodes, 2)
     assert set(check.runs["start"]) == {"witness", "moved witness", "vertex", "beyond vertex", "random"}
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_open_nodes_in_space(seed):
-    contact, loads, shakedown = open_in_space(seed)
-    limit = fo.guaranteed_limit(contact, loads, 0.6)
-    assert (limit.open == shakedown.open).all() and limit.residual <= 1e-9 and limit.load_factor <= shakedown.load_factor * (1 + 1e-9)
-    assert limit.node is None or not limit.open[limit.node]
 
 
 def test_what_a_limit_of_none_means_and_what_one_overload_leaves():

@@ -66,30 +66,6 @@ def test_without_guarantee_only_the_side_above_is_tested(punch, paper_cycle):
     assert len(check.runs) == 4 and check.persists and np.isinf(check.runs.share).all()
 
 
-def test_the_guarantee_jumps_where_the_corner_node_can_only_lift_off(punch, paper_cycle):
-    """Where friction exceeds |q / p| of the corner node under the cyclic load, one corner of the cycle rules both its bounds."""
-    contact = punch(16)
-    q, p = contact.bonded["sigma"]
-    ratio = abs(q[0] / p[0])
-    below, above = (fo.guaranteed_limit(contact, paper_cycle, ratio * (1 + step)) for step in (-0.01, 0.01))
-    assert below.load_factor == 0 and below.node in (0, 16) and above.load_factor > 2 and above.node not in (0, 16)
-    for limit, step, outcome in ((below, -0.01, fo.Outcome.CYCLIC_SLIP), (above, 0.01, fo.Outcome.SHAKEDOWN)):
-        for load_factor in (0.1, 0.5):
-            steady = fo.steady_state(contact, paper_cycle, ratio * (1 + step), load_factor, initial_slip=below.slip)
-            assert steady.outcome is outcome, limit.load_factor
-
-
-@pytest.mark.parametrize("seed", [3, 22])
-def test_where_the_mean_load_lies_outside_the_cycle_transients_begin_within(seed):
-    """Under the mean load alone the witness would slip away before the first corner is reached."""
-    contact = random_system(np.random.default_rng(seed), 3)
-    cycle = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": 3.0}])
-    check = fo.guaranteed_limit(contact, cycle, 0.4).verify(starts=20)
-    assert check.persists and check.dies_out
-    from_the_mean = fo.steady_state(contact, cycle, 0.4, 1.02 * check.limit.load_factor, initial_slip=check.limit.slip)
-    assert from_the_mean.outcome is fo.Outcome.SHAKEDOWN
-
-
 def test_a_node_that_slides_freely_has_starts_below_its_limit():
     """No traction tells one safe slip from another."""
     contact = system(0.0, 0.0, 0.05, 1.0, 0.3, 0.0)

@@ -69,20 +69,6 @@ def test_where_slip_of_another_node_takes_that_pressure_off_it_is_one(other, sim
     assert limit.verify(starts=0, moved=0).persists
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("elements", "friction"), [(16, 1.0), (124, 0.75)])
-def test_the_corner_of_the_punch_is_a_witness_at_every_load(punch, paper_cycle, elements, friction):
-    """The slips in which its corner node can rest shrink as the load grows, and it slips with work that goes with the square of the load."""
-    contact = punch(elements)
-    one, other = (fo.guaranteed_limit(contact, paper_cycle, friction, simplify=simplify) for simplify in (True, elements < 100))
-    assert one.load_factor == other.load_factor == 0 and {one.node, other.node} <= {0, elements}
-    (q1, p1), A, B = paper_cycle.corner_reactions(contact), contact.A[0, 0], contact.B[0, 0]
-    rise, fall = (-q1 - friction * p1)[:, 0].max(), (q1 - friction * p1)[:, 0].max()
-    assert rise / (A + friction * B) + fall / (A - friction * B) > 0
-    work = [fo.steady_state(contact, paper_cycle, friction, load_factor, initial_slip=one.slip).dissipation for load_factor in (1e-2, 1e-1)]
-    assert work[0] > 0 and work[1] == pytest.approx(100 * work[0], rel=0.1)
-
-
 @settings(max_examples=12)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(2, 3), f=st.floats(0.1, 0.8), diagonal=st.booleans())
 def test_random_contacts_with_a_node_that_carries_nothing(seed, nodes, f, diagonal):

@@ -1,30 +1,9 @@
 """What a scene does not need is left out, and the answer is the same with everything kept: corners of a path, and half of a symmetric contact."""
 
-import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits.mechanism import Mechanism
-from frictopt.limits.mirrors import half_of, on_whole
-from frictopt.limits.question import pose
 from frictopt.transients.exact.path import turning_corners
-from systems import mirrored, odd
-
-
-def test_the_half_has_the_stiffness_of_its_motions():
-    """Energy and reactions of odd slips, against the whole; the middle node cannot slip."""
-    rng = np.random.default_rng(0)
-    for nodes in (2, 5, 6):
-        contact = mirrored(rng, nodes, gap=True)
-        task = pose(contact, fo.LoadCycle({"mean": 1.0}, [{"mean": 0.1}]), 1.0)
-        half, kept = half_of(task), (nodes + 1) // 2
-        assert len(half.friction) == kept and half.whole is task
-        v = odd(rng, nodes)
-        assert v[:kept] @ half.AB[:kept] @ v[:kept] == pytest.approx(v @ contact.A @ v / 2)
-        q, p = half.change(v[:kept])
-        assert q == pytest.approx((contact.A @ v)[:kept]) and p == pytest.approx((contact.B @ v)[:kept])
-        still = Mechanism(np.zeros((1, kept)), np.zeros((1, kept)), half.friction)
-        assert on_whole(half, v[:kept], still)[1] == pytest.approx(v)
 
 
 def test_a_corner_on_the_straight_segment_is_no_stop(punch, paper_cycle):

@@ -89,15 +89,6 @@ def test_mirror_images_name_the_first_node_whatever_the_rounding(punch):
     assert fo.onset(contact, pulled(1.0), 1.0).slip.node == 0
 
 
-def test_under_pressure_alone_the_edges_slip_below_their_traction_ratio(punch):
-    contact = punch(16)
-    q, p = contact.bonded["P"]
-    ratio = abs(q[0]) / p[0]
-    assert 0.59 < ratio < 0.68
-    assert fo.onset(contact, pulled(1.0), ratio * 0.999).mean_slips == (0, 16)
-    assert fo.onset(contact, pulled(1.0), ratio * 1.001).mean_admissible
-
-
 def test_unknown_loads_are_refused(punch):
     with pytest.raises(fo.ModelError, match="load case 'tau': unknown"):
         fo.onset(punch(16), fo.LoadCycle({"P": 1.0}, [{"tau": 1.0}]), 0.5)

@@ -131,34 +131,6 @@ def test_rates_are_differences_of_the_limit(seed):
     assert low - 1e-9 <= step * limit.friction_rate.sum() * 1.0 + 1e-8 and step * limit.friction_rate.sum() <= high + 1e-8
 
 
-@settings(max_examples=10)
-@given(st.integers(0, 10**6))
-def test_the_guaranteed_limit_is_the_least_of_linear_programs_with_a_node_on_both_bounds(seed):
-    contact, friction, limit = open_contact(seed, most_nodes=4)
-    guaranteed = fo.guaranteed_limit(contact, CYCLE, friction)
-    assert guaranteed.shakedown.load_factor == limit.load_factor and guaranteed.open.tolist() == limit.open.tolist()
-    unpruned = fo.guaranteed_limit(contact, CYCLE, friction, simplify=False)
-    assert guaranteed.load_factor == pytest.approx(unpruned.load_factor, rel=1e-8)
-    if guaranteed.node is not None:
-        (forward, backward), (q, p), node = guaranteed.corners, guaranteed.reactions, guaranteed.node
-        assert not limit.open[node]
-        assert q[forward, node] == pytest.approx(-friction * p[forward, node], abs=1e-8)
-        assert q[backward, node] == pytest.approx(friction * p[backward, node], abs=1e-8)
-        above = 1.02 * guaranteed.load_factor
-        state = guaranteed._task.states(above, guaranteed.slip)
-        start = fo.ContactState(state[0][-1], state[1][-1].clip(0.0), *_bonded(contact, above))
-        try:
-            steady = fo.steady_state(contact, CYCLE, friction, above, initial_state=start)
-        except fo.FrictoptError:  # the witness moved on is no state of the law any more
-            return
-        assert steady.outcome is not fo.Outcome.SHAKEDOWN
-
-
-def _bonded(contact, load_factor):
-    (q0, p0), (q1, p1) = contact.reaction({"mean": 1.0}), contact.reaction({"cyclic": CYCLE.corners[-1]["cyclic"]})
-    return q0 + load_factor * q1, p0 + load_factor * p1
-
-
 @settings(max_examples=6)
 @given(st.integers(0, 10**6))
 def test_the_required_friction_is_where_the_limit_crosses_the_load(seed):

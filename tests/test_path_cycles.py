@@ -12,7 +12,6 @@ from frictopt.transients.begin import Scales
 from frictopt.transients.cycle import Cycle
 from frictopt.transients.cycles import Run
 from frictopt.transients.exact import ExactPath
-from paths import followed
 
 
 class Mapped:
@@ -220,25 +219,6 @@ def test_work_that_is_lost_is_an_error(punch, paper_cycle, monkeypatch):
     for run in (fo.steady_state, fo.march):
         with pytest.raises(fo.SolverError, match="energy"):
             run(contact, paper_cycle, friction, factor)
-
-
-@pytest.mark.parametrize("elements", [16, 40])
-@pytest.mark.parametrize(("friction", "ratio", "seed"), [(0.9, 0.9, 1), (0.9, 1.05, 2), (1.2, 0.9, 3), (1.2, 1.05, 4)])
-def test_slow_transients_end_where_many_cycles_go(punch, paper_cycle, elements, friction, ratio, seed):
-    """Starts from which the change of slip shrinks by a factor of about 0.8 a cycle."""
-    contact = punch(elements)
-    x = contact.x / contact.x[-1]
-    modes = np.polynomial.chebyshev.chebvander(x, 6)[:, 1:] / np.arange(1, 7)
-    start = 3.0 * modes @ np.random.default_rng(seed).standard_normal(6)
-    factor = ratio * fo.shakedown_limit(contact, paper_cycle, friction).load_factor
-    steady = fo.steady_state(contact, paper_cycle, friction, factor, initial_slip=start)
-    path = followed(contact, paper_cycle, friction, factor, start, cycles=150)
-    path.state.work[:] = 0.0
-    path.run_cycle()
-    scale = path.force**2 / contact.stiffness_scale
-    assert steady.cycles <= 40
-    assert path.state.work.sum() == pytest.approx(steady.dissipation, rel=1e-7, abs=1e-8 * scale)
-    assert path.state.u[: contact.nodes] == pytest.approx(steady.slip, abs=1e-7 * np.abs(steady.slip).max())
 
 
 @pytest.mark.parametrize("other", ["rubs", "slides", "opens"])

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from frictopt import Outcome, steady_state
-from paths import bonded_at, followed, judged, states
+from paths import followed, judged, states
 from systems import CYCLE, random_system, system
 
 
@@ -21,17 +21,6 @@ def test_every_state_obeys_the_law(seed, nodes, corners, size, with_gap):
     assert judged(path) < 1e-9
     work = states(path)[4]
     assert (np.diff(work, axis=0) >= 0).all() and path.visited == 3 * corners
-
-
-def test_separation_and_closing():
-    """One node pulled open and pressed shut again: q and p vanish together, the gap is that of the free body, slip goes on from where it closed."""
-    contact = system(1.0, 0.5, 0.0, 1.0, 1.0, 2.0, C=2.0)
-    path = followed(contact, CYCLE, 0.4, 1.0, keep=True, cycles=1)
-    time, u, r, status, _ = states(path)
-    assert {2} < set(status.ravel().tolist()) and judged(path) < 1e-12
-    corner = np.flatnonzero(time == 1.0)[0]
-    assert status[corner, 0] == 2 and np.array_equal(r[corner], [0.0, 0.0])
-    assert np.allclose(u[corner], -np.linalg.solve(contact.S, path.corners[0]), rtol=1e-12)
 
 
 def test_an_initial_gap_closes_when_the_bodies_meet():
@@ -59,38 +48,6 @@ def test_a_thousand_cycles_do_not_drift(punch, paper_cycle):
         path.system, (closed[:n], closed[n:]), 0.7, v=state.u[:n], w=state.u[n:], q=state.r[:n], p=state.r[n:], force_scale=path.force
     )
     assert verdict.residual < 1e-11
-
-
-def test_energy_is_accounted_for(punch, paper_cycle):
-    """Over a steady cycle the work of friction is what the loads have put in, minus the sum of r^w du, with forces at their mean between events."""
-    contact = punch(40)
-    steady = steady_state(contact, paper_cycle, 0.7, 2.2)
-    path = followed(contact, paper_cycle, 0.7, 2.2, keep=True, cycles=30)
-    time, u, _, _, work = states(path)
-    last = np.flatnonzero(time >= 58.0)
-    load = bonded_at(path, time[last])
-    put_in = -np.einsum("ti,ti->", (load[1:] + load[:-1]) / 2, np.diff(u[last], axis=0))
-    spent = work[last[-1]].sum() - work[last[0]].sum()
-    stored = [state @ contact.S @ state / 2 for state in u[last[[0, -1]]]]
-    assert put_in - spent == pytest.approx(stored[1] - stored[0], abs=1e-12)
-    assert spent == pytest.approx(steady.dissipation, rel=1e-9)
-
-
-@pytest.mark.parametrize("ratio", [0.5, 0.9, 1.05, 1.5, 3.0])
-@pytest.mark.parametrize("elements", [16, 40])
-def test_the_papers_scene_from_random_starts(punch, paper_cycle, elements, ratio):
-    """Not one failure, not one run without a proven steady state; below the limit it depends on the start, above it everything dissipates."""
-    contact = punch(elements, 20.0)
-    factor = ratio * fo.shakedown_limit(contact, paper_cycle, 0.7).load_factor
-    rng = np.random.default_rng(elements)
-    outcomes = set()
-    for _ in range(8):
-        modes = np.polynomial.chebyshev.chebvander(contact.x, 6)[:, 1:] @ rng.normal(size=6)
-        steady = steady_state(contact, paper_cycle, 0.7, factor, initial_slip=rng.choice([0.01, 0.1, 1.0, 3.0]) * modes)
-        outcomes.add(steady.outcome)
-        assert steady.residual < 1e-9
-        assert (steady.dissipation > 0) == (steady.outcome is Outcome.CYCLIC_SLIP)
-    assert (ratio < 1) or outcomes == {Outcome.CYCLIC_SLIP}
 
 
 def test_high_friction_ends_in_a_result_or_in_a_reason(punch, paper_cycle):

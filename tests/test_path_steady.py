@@ -39,18 +39,6 @@ def test_the_steady_dissipation_of_a_coupled_pair_depends_on_the_start():
     assert min(found) == pytest.approx(0.1394, abs=2e-4) and max(found) == pytest.approx(0.2034, abs=2e-4)
 
 
-def test_rod_on_a_coulomb_foundation():
-    for n, work, displacement in ((2, 4.0, 1.0), (4, 40.0, 6.0)):
-        nodes = n + 6  # unit springs between nodes, the far end held
-        A = 2 * np.eye(nodes) - np.eye(nodes, k=1) - np.eye(nodes, k=-1)
-        A[0, 0] = 1.0
-        end = np.eye(nodes)[0]
-        contact = system(A, np.zeros((nodes, nodes)), 0.0, 1.0, -end, 0.0)
-        steady = steady_state(contact, CYCLE, 1.0, float(n))
-        assert steady.dissipation == pytest.approx(work, rel=1e-9)
-        assert abs(steady.slip[0]) == pytest.approx(displacement, rel=1e-9)
-
-
 def test_below_onset_nothing_moves(punch, paper_cycle):
     contact, friction = punch(16), 0.9
     onset = fo.onset(contact, paper_cycle, friction).slip.load_factor
@@ -69,27 +57,6 @@ def test_from_the_safe_slip_nothing_dissipates_below_the_limit_and_everything_ab
     rng = np.random.default_rng(0)
     for start in (None, safe, *rng.normal(size=(5, 41))):
         assert steady_state(contact, paper_cycle, friction, 1.001 * limit, initial_slip=start).dissipation > 1e-9
-
-
-def test_a_driven_punch_ratchets():
-    """One node, uncoupled, without stiffness: pushed past its bound with high pressure one way and low pressure the other."""
-    contact = fo.ContactSystem.from_blocks(
-        [[1.0, -1.0], [-1.0, 1.0]],
-        np.zeros((2, 2)),
-        np.eye(2),
-        [0, 1],
-        {"mean": ([0, 0], [1, 1]), "rock": ([0, 0], [0.6, -0.6]), "pull": ([0.3, 0.3], [0, 0])},
-    )
-    cycle = fo.LoadCycle({"mean": 1.0, "pull": 1.0}, [{"rock": 1.0}, {"rock": -1.0}])
-    steady = steady_state(contact, cycle, 0.5, 1.0)
-    assert steady.outcome is Outcome.RATCHETING and steady.dissipation > 0
-    path = followed(contact, cycle, 0.5, 1.0)
-    drift = []
-    for _ in range(6):
-        before = path.state.u.copy()
-        path.run_cycle()
-        drift.append(path.state.u - before)
-    assert np.allclose(drift[-1], drift[-2], rtol=1e-9) and np.abs(drift[-1]).max() > 0.1
 
 
 @pytest.mark.parametrize("seed", range(5))

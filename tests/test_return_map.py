@@ -6,7 +6,7 @@ import pytest
 import frictopt as fo
 from frictopt.transients.exact import return_map
 from frictopt.transients.exact.derivative import _Growth
-from paths import followed, settled
+from paths import followed
 from systems import CYCLE, random_system, system
 
 STEP = 1e-8
@@ -48,28 +48,6 @@ def test_it_agrees_with_differences():
             assert other.work - one.work == pytest.approx(one.work_gradient @ change, rel=1e-3, abs=1e-4 * size)
             checked += 1
     assert checked > 250 and stops > 20 and opens > 30
-
-
-def test_the_changes_of_later_cycles_shrink_as_it_says():
-    scene = fo.scenes.PunchOnHalfPlane(elements=16).condense()
-    loads = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
-    path = at_last_corner(scene, loads, 0.5, 1.98, fo.starts.random_slips(scene, [1.0], 1, seed=3)[0].slip)
-    for _ in range(2):
-        path.run_cycle()
-    at = [path.state.u.copy()]
-    for _ in range(2):
-        path.run_cycle()
-        at.append(path.state.u.copy())
-    near = return_map(path)  # at the steady state itself some motions of its last cycles are none, and the map has a kink
-    steady, orbit = settled(path)
-    one = return_map(orbit)
-    assert np.abs(one.after - one.before).max() < 1e-10 and one.work == pytest.approx(steady.dissipation, rel=1e-9)
-    assert np.array_equal(one.after[:17].round(9), steady.slip.round(9))
-    assert np.abs(at[2] - at[1]).max() > 1e-9  # not yet steady
-    assert np.abs((at[2] - at[1]) - near.derivative @ (at[1] - at[0])).max() < 1e-6 * np.abs(at[1] - at[0]).max()
-    locked = np.r_[one.locked, np.zeros(17, dtype=bool)]
-    assert one.locked.any() and not one.derivative[locked][:, ~locked].any()  # locked nodes keep their slip
-    assert np.array_equal(one.derivative[locked][:, locked], np.eye(locked.sum()))
 
 
 def test_one_node_forgets_its_start():

@@ -68,16 +68,6 @@ def test_vertices_are_a_convex_chain_and_each_side_is_its_mechanism(seed):
         assert np.abs(stress_of(contact, table, f)).max() < 1e-7 * np.abs(contact.A).max()
 
 
-def test_inside_a_slip_is_safe_and_outside_none_is(punch):
-    contact = punch(16)
-    region = fo.safe_region(contact, {"P": 1.0}, ["sigma", "Q"], 0.7)
-    for first, second in region.vertices * 0.999 + region.vertices[::-1] * 1e-4:
-        assert region.contains(first, second) and fo.safe_slip(contact, region.cycle(first, second), 0.7, 1.0).exists
-    for first, second in region.vertices * 1.001:
-        assert not region.contains(first, second) and not fo.safe_slip(contact, region.cycle(first, second), 0.7, 1.0).exists
-    assert region.residual < 2e-8
-
-
 def test_without_a_mean_load_only_zero_is_safe():
     region = fo.safe_region(random_system(np.random.default_rng(0), 3, loads=("mean", "a", "b")), {}, ["a", "b"], 0.5)
     assert np.array_equal(region.vertices, np.zeros((2, 2))) and region.contains(0.0, 0.0) and not region.contains(1e-6, 0.0)

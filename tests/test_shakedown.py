@@ -133,17 +133,6 @@ def test_stiffness_that_is_rounding_counts_as_none():
     assert limit_of(tiny, 0.5) == pytest.approx(0.3, rel=1e-9)
 
 
-def test_initial_gaps_are_pressed_shut():
-    """With w = 0 the gap acts like a change (-B' g, -C g) of the mean reactions."""
-    rng = np.random.default_rng(5)
-    contact, gap = random_system(rng, 4), 0.05 * rng.random(4)
-    q0, p0 = contact.bonded["mean"]
-    shifted = contact.with_bonded({"mean": (q0 - contact.B.T @ gap, p0 - contact.C @ gap)})
-    assert limit_of(contact.with_gap(gap), 0.5) == pytest.approx(limit_of(shifted, 0.5), rel=1e-9)
-    found = fo.safe_slip(contact.with_gap(gap), CYCLE, 0.5, 0.01), fo.safe_slip(shifted, CYCLE, 0.5, 0.01)
-    assert found[0].margin == pytest.approx(found[1].margin, rel=1e-9)
-
-
 @settings(max_examples=15)
 @given(seed=st.integers(0, 10**6))
 def test_uncoupled_contacts_have_a_closed_form(seed):
@@ -187,12 +176,6 @@ def test_the_papers_scene_on_coarse_meshes(punch, paper_cycle, elements):
     """sigma a / P of an independent trial on the same scene; P is the total force, twice the mean pressure at a = 1."""
     found = fo.ShakedownModel(punch(elements), paper_cycle).sweep([0.2, 0.3, 0.4, 0.5, 0.6, 0.8]).load_factor / 2
     assert np.allclose(found, COARSE[elements], rtol=1e-3)
-
-
-def test_below_the_ratio_of_the_bonded_corner_the_limit_falls_with_its_element_and_above_it_rises(punch, paper_cycle):
-    sweeps = [fo.ShakedownModel(punch(n), paper_cycle).sweep([0.3, 0.45, 0.65, 0.8]).load_factor for n in (16, 32, 64)]
-    falls = np.diff(sweeps, axis=0)
-    assert (falls[:, :2] < 0).all() and (falls[1, 2:] > 0).all()
 
 
 def scaled_scene(elements=16, size=1.0, E=1.0, nu=0.3, element="linear"):

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-import frictopt.transients.stepped as transient
 from frictopt.contact.parts import joined
 from frictopt.fem.interface import frames_of
 from frictopt.transients.sliding import check_sliding
@@ -75,22 +74,3 @@ def test_a_load_is_named_where_no_forces_balance_it_and_only_there(seed):
                 check_sliding(system, friction, {"the load": load})
         elif balance(system, rigid, friction, load) == "optimal":
             check_sliding(system, friction, {"the load": load})
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_no_transient_passes_a_load_that_is_named(seed, monkeypatch):
-    rng = np.random.default_rng(100 + seed)
-    system, _ = contact(rng, MOTIONS[seed % len(MOTIONS)])
-    cycle, friction = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), np.full(system.nodes, 0.4)
-    factor = rng.uniform(0.1, 1.0)
-    named = False
-    try:
-        check_sliding(system, friction, {"the load": joined(*system.reaction({"P": 1.0, "Q": factor}))})
-    except fo.NoContinuation:
-        named = True
-    monkeypatch.setattr(transient, "check_sliding", lambda *_: None)
-    try:
-        path = fo.march(system, cycle, friction, factor, cycles=1, steps=8)
-    except (fo.NoContinuation, fo.SolverError):
-        return
-    assert not named and path.residual <= 1e-9

@@ -114,19 +114,3 @@ def test_the_slip_at_a_limit_stays_within_every_circle_to_rounding():
         contact = random_contact(np.random.default_rng(seed), 6)
         q, p = fo.shakedown_limit(contact, loads, 0.5).reactions
         assert not (np.linalg.norm(q, axis=-1) - 0.5 * p).max() > 2e-13
-
-
-def test_the_motion_of_a_contact_without_a_safe_slip_is_driven_by_the_mean_load_and_stresses_nothing():
-    contact = random_contact(np.random.default_rng(2), 4)
-    pulled = contact.with_bonded({"mean": vectors(contact)["mean"] - np.r_[np.zeros(8), np.full(4, 9.0)]})
-    limit = fo.shakedown_limit(pulled, fo.LoadCycle({"mean": 1.0}, CORNERS), 0.5)
-    assert limit.kind is fo.LimitKind.NO_SAFE_SLIP
-    rows = limit.mechanism
-    node, size, slips = rows["node"].to_numpy(), rows["share"].to_numpy(), rows[["slip1", "slip2"]].to_numpy() * rows[["share"]].to_numpy()
-    d, lift = np.zeros((4, 2)), np.zeros(4)
-    np.add.at(d, node, slips)
-    np.add.at(lift, node, np.where(slips.any(axis=1), 0.5, 1.0) * size)  # of slips, and of openings
-    assert size.sum() == pytest.approx(1.0)
-    assert np.abs(pulled.A @ d.T.ravel() + pulled.B.T @ lift).max() < 1e-7
-    q0, p0 = pulled.reaction({"mean": 1.0})
-    assert np.sum(d * q0) + lift @ p0 < 0
