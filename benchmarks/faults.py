@@ -301,7 +301,7 @@ FAULTS = (
     Fault("transients/exact/kernel.py", "work by the pressure before", "0.5 * (before + r[nodes + node])", "before",
           "path_exact work_of_friction"),
     Fault("transients/exact/kernel.py", "work by six tenths of the two pressures", "f[node] * 0.5 * (before", "f[node] * 0.6 * (before",
-          "path_exact"),
+          "path_exact work_of_friction"),
     Fault("transients/exact/kernel.py", "twice the friction bound", "bound = f[node] * r[nodes + node]", "bound = 2.0 * f[node] * r[nodes + node]",
           "path_exact"),
     Fault("transients/cycles.py", "a limit need not come back", "if proving.change > PERIODIC:", "if False:", _CYCLES),

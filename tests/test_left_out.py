@@ -1,4 +1,4 @@
-"""What a scene does not need is left out, and the answer is the same with everything kept: corners of a path, and half of a symmetric contact."""
+"""Corners of a path that a scene does not need are left out, and the answer is the same with everything kept."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The derivative of a cycle against differences, and against the cycles that a transient really follows."""
+"""The derivative of a cycle against differences."""
 
 import numpy as np
 import pytest

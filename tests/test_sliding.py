@@ -1,4 +1,4 @@
-"""Gross sliding in space, named before a transient begins: against forces found by a cone program, and against what transients do."""
+"""Gross sliding in space, named before a transient begins: against forces found by a cone program."""
 
 import re
 
