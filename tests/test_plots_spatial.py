@@ -44,6 +44,10 @@ def check_face(ax, contact, axes, values, slip):
     if slip is not None:
         assert np.allclose(arrows.get_offsets(), places, atol=1e-14)
         assert np.allclose(np.column_stack([arrows.U, arrows.V]), slip, rtol=1e-12)
+        ax.figure.canvas.draw()
+        at = arrows.get_offset_transform().transform(places)
+        shapes = [arrows.get_transform().transform(path.vertices) + place for path, place in zip(arrows.get_paths(), at, strict=True)]
+        assert all(ax.bbox.contains(*point) for shape in shapes for point in shape), "the frame cuts an arrow"
     x, y = ax.get_xlim(), ax.get_ylim()
     assert (x[0] < places[:, 0]).all() and (places[:, 0] < x[1]).all() and (y[0] < places[:, 1]).all() and (places[:, 1] < y[1]).all()
     return places

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem
 from ..contact.checks import Array, Booleans
+from ..contact.course import runs
 from ..contact.tolerances import RESIDUAL
 from .style import BLACK, GREY, SERIES, Look, series
 
@@ -23,8 +24,7 @@ def parts(system: ContactSystem) -> list[Part]:
     names = system.contact
     if names is None:
         return [("", slice(None))]
-    ends = [0, *(np.flatnonzero(names[1:] != names[:-1]) + 1).tolist(), len(names)]
-    return [(str(names[a]), slice(a, b)) for a, b in pairwise(ends)]
+    return [(str(names[nodes][0]), nodes) for nodes in runs(names)]
 
 
 def node_at(system: ContactSystem, node: int) -> str:

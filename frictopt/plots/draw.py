@@ -2,12 +2,12 @@
 
 from collections.abc import Callable
 from contextlib import nullcontext
+from functools import singledispatch
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import ModelError
-from .picture import picture
 
 if TYPE_CHECKING:  # matplotlib need not be installed
     from matplotlib.axes import Axes
@@ -16,6 +16,12 @@ if TYPE_CHECKING:  # matplotlib need not be installed
     from .style import AxesArray
 
 _NEEDED = ("friction", "friction_std", "friction_number", "load_factor", "load_ratio", "family", "outcome", "dissipation")
+
+
+@singledispatch
+def picture(result: object, ax: "Axes | AxesArray | None" = None) -> "Axes | AxesArray":
+    """Draw one kind of result in the given axes, or in those of a new figure, and return the axes; each kind registers its own."""
+    raise NotImplementedError(f"a {type(result).__name__} has no picture")
 
 
 def draw(result: object, ax: "Axes | AxesArray | None" = None, kind: str = "", **options: object) -> "Axes | AxesArray":

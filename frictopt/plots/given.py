@@ -11,7 +11,7 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
 from .along import label_panels, lines
 from .bodies import spread
-from .picture import picture
+from .draw import picture
 from .style import BLACK, AxesArray, legend, line, new_axes, series
 
 _LENGTH = 0.1  # of a normal, over the size of the contact

@@ -13,7 +13,7 @@ from ..histories.protocols import REST, SLIP, UNDECIDED, LimitAfterProtocol
 from ..histories.wear_history import WearHistory
 from ..histories.worn_in import WornIn
 from .along import label_contacts, label_panels, lines
-from .picture import picture
+from .draw import picture
 from .spatial import face_map
 from .style import BLACK, FACE, GREY, SERIES, AxesArray, equals, legend, line, new_axes, no_lines, one_axes, series
 

@@ -14,7 +14,7 @@ from ..contact.coulomb import lengths
 from ..contact.tolerances import RESIDUAL
 from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, SeparatedLimit, ShakedownLimit
 from .along import circle, friction_ratio, label_contacts, lines, lines_or_band, looks, node_at, open_nodes
-from .picture import picture
+from .draw import picture
 from .spatial import face_map, ratio_map
 from .style import ALONG, BLACK, GREY, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, one_axes, series
 

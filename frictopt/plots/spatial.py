@@ -1,5 +1,7 @@
 """Pictures of contacts in three dimensions: maps of the contact face, seen along its normal."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
@@ -22,10 +24,11 @@ _FILLED = 4.0  # how much smaller points are on a filled face
 _PLATE = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}  # under names that arrows may cross
 _FAR = 1.8  # times the edges at its corners: an edge that spans a hole or a notch of the face
 _MOST_ARROWS = 60
-_ARROW = 0.12  # of the longest arrow, widths of the axes
+_ARROW = 0.12  # length of the longest arrow, over the size of the face
 _BETWEEN = 0.25  # distance of contacts that stand side by side, widths of the left one
 _LABELS = 30.0  # height of the labels of the axis below a map, points
-_ENDS = np.array([-1.0, 1.0])
+_ENDS = np.array([[-1.0], [1.0]])
+_MARGIN = 0.075  # of the axes, beyond points and arrows
 _FLAT = 1e-9  # difference of the directions of nodes in one plane; distance of nodes at one place, over the size of the contact
 
 
@@ -87,9 +90,11 @@ def _map(axes: Axes, system: ContactSystem, values: Array, name: str, most: floa
     axes.set(xlabel=f"{labels[0]} (length)", ylabel=f"{labels[1]} (length)")
     for contact, place in names.items():
         axes.annotate(contact, (place[0], place[1]), xytext=(0.0, 8.0), textcoords="offset points", ha="center", zorder=4, bbox=_PLATE)
-    middle, half = (places.max(axis=0) + places.min(axis=0)) / 2, np.ptp(places, axis=0) / 2
-    half = np.array([1.15, 1.4 if names else 1.15]) * np.maximum(half, 0.25 * half.max() or 1.0)  # nodes on a line get a map as well
-    axes.set(xlim=middle[0] + half[0] * _ENDS, ylim=middle[1] + half[1] * _ENDS, aspect="equal")
+    half = np.ptp(places, axis=0) / 2
+    half = np.maximum(half, 0.25 * half.max() or 1.0)  # nodes on a line get a map as well
+    axes.update_datalim((places.max(axis=0) + places.min(axis=0)) / 2 + half * _ENDS)
+    axes.margins(_MARGIN, 0.2 if names else _MARGIN)
+    axes.set_aspect("equal")
     axes.figure.colorbar(shown, ax=axes, label=name, shrink=min(1.0, max(0.5, 1.5 * half[1] / half[0])))  # no taller than a wide map
     return places, size
 
@@ -150,13 +155,20 @@ def _along(tangent: Array, number: str) -> str:
     return f"${'xyz'[axis[0]]}$" if len(axis) else f"position along the {number} tangent"
 
 
+def arrows(axes: Axes, places: Array, vectors: Array, those: Array, **look: Any) -> None:
+    """Draw vectors (n, 2) as arrows, with room for all of those, (..., n, 2), that the same map will show; the longest of them has its length."""
+    reach = _ARROW * float(np.ptp(places, axis=0).max() or 1.0) / float(np.nanmax(np.linalg.norm(those, axis=-1)) or 1.0)
+    axes.quiver(*places.T, *vectors.T, angles="xy", scale_units="xy", scale=1 / reach, zorder=3, **look)
+    axes.update_datalim((places + reach * those).reshape(-1, 2))
+    axes.autoscale_view()
+
+
 def _arrows(axes: Axes, places: Array, slip: Array, name: str) -> None:
     """Draw the slip of the nodes as arrows, none where it is NaN."""
     longest = float(np.nanmax(np.linalg.norm(slip, axis=1), initial=0.0))
     if longest > 0:
-        look = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "width": 0.007, "zorder": 3}
         few = sorted(spread(places.T, _MOST_ARROWS))
-        axes.quiver(*places[few].T, *slip[few].T, angles="xy", scale_units="width", scale=longest / _ARROW, **look)
+        arrows(axes, places[few], slip[few], slip[few], facecolor="white", edgecolor=BLACK, linewidth=0.5, width=0.007)
         axes.plot([], [], linestyle="none", marker=r"$\rightarrow$", markersize=11, color=BLACK, label=f"{name}, longest {longest:.3g} (length)")
 
 

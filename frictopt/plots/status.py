@@ -15,7 +15,7 @@ from ..contact.files import output
 from ..fem.ordering import Integers
 from ..transients import Trajectory
 from .along import label_contacts, parts
-from .spatial import places_of
+from .spatial import arrows, places_of
 from .style import BLACK, GREY, SERIES, equals, name_units, new_axes, one_axes, screen
 from .transients import corners_visited
 
@@ -104,9 +104,8 @@ def _shear_along(axes: Axes, states: Trajectory, q: Array, p: Array, frame: int,
 def _shear_on_face(axes: Axes, states: Trajectory, q: Array, _p: Array, frame: int, colours: list[str]) -> None:
     """The face seen along its normal: a mark for each node, its shear as an arrow."""
     places, labels, _ = places_of(states.system)
-    longest = float(np.linalg.norm(q, axis=-1).max() or 1.0)
     axes.scatter(places[:, 0], places[:, 1], c=colours, edgecolors=GREY, linewidths=0.4, s=60)
-    axes.quiver(*places.T, *q[frame].T, angles="xy", scale_units="width", scale=longest / 0.12, width=0.005, zorder=3)
+    arrows(axes, places, q[frame], q, width=0.005)
     axes.set(xlabel=f"{labels[0]} (length)", ylabel=f"{labels[1]} (length)", aspect="equal")
     axes.margins(0.1)
     axes.legend(handles=_patches(2, states.status), loc="upper left", bbox_to_anchor=(1.0, 1.02), title="arrows: shear")

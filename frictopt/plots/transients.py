@@ -11,7 +11,7 @@ from ..fem.ordering import Integers
 from ..histories.dissipation_range import DissipationRange
 from ..transients import LoadLoop, SteadyState, Trajectory
 from .along import label_panels, lines, lines_or_band, node_at
-from .picture import picture
+from .draw import picture
 from .spatial import steady_map
 from .style import BLACK, GREY, AxesArray, Look, legend, line, new_axes, series
 
