@@ -72,8 +72,8 @@ FAULTS = (
     # reference
     Fault("reference/cattaneo_mindlin.py", "slip from the wrong root", "c**2 * np.arccosh(beyond / c)", "c * np.arccosh(beyond / c)", "reference_*"),
     Fault("reference/uncoupled.py", "sign of the coupling", "strength=f * (p0 - d * q0)", "strength=f * (p0 + d * q0)", "reference_limits"),
-    Fault("reference/single_node.py", "half of the travel", "travel = 2 * (lam", "travel = (lam", "reference_dissipation"),
-    Fault("reference/smallest_circle.py", "the largest circle", "key=lambda circle: circle[1])", "key=lambda circle: -circle[1])", "spatial_limits"),
+    Fault("reference/uncoupled.py", "half of the travel", "travel = 2 * (lam", "travel = (lam", "reference_dissipation"),
+    Fault("reference/uncoupled.py", "the largest circle", "key=lambda circle: circle[1])", "key=lambda circle: -circle[1])", "spatial_limits"),
     Fault("reference/sliders.py", "one node too many", "m * F0 - tau * h * m * (m + 1) / 2", "m * F0 - tau * h * m * (m - 1) / 2",
           "reference_sliders"),
     # fem

@@ -88,15 +88,11 @@ def _curve(name: str, joint: tuple[fo.ContactSystem, fo.LoadCycle], f: float, ra
     rows = curve.to_frame().assign(joint=name, friction=f, load_ratio=ratios, residual=curve.residual)
     rows["guaranteed_ratio"] = curve.guaranteed_limit / limit
     rows[_FREQUENCIES] /= curve.natural_frequency
-    return rows[list(_COLUMNS)]
+    return rows
 
 
 _FREQUENCIES = ["frequency", "least_frequency", "most_frequency"]
 _COLUMNS = {
-    "joint": "which joint",
-    "friction": "coefficient of friction",
-    "load_factor": "load factor",
-    "load_ratio": "load factor over the shakedown limit",
     "guaranteed_ratio": "guaranteed limit over the shakedown limit",
     "frequency": "frequency from a start without residual slip, over that of the glued joint",
     "least_frequency": "least of those found over the residual slips",
@@ -105,7 +101,6 @@ _COLUMNS = {
     "least_damping": "least of those found over the residual slips",
     "most_damping": "largest of those found",
     "exponent": "d ln work / d ln load factor, without residual slip",
-    "residual": "largest residual of the steady states",
 }
 BACKBONE = Table("damping_backbone", "one joint at one load factor", _COLUMNS, full=FULL, quick=QUICK, compute=backbones)
 FRICTION = Table("damping_friction", "one joint at one friction and load factor", _COLUMNS, full=FULL, quick=QUICK, compute=by_friction)

@@ -143,21 +143,16 @@ def bolts(parameters: Parameters) -> Iterator[Row]:
 
 
 _LIMITS_COLUMNS = {
-    "friction": "coefficient of friction",
     "depth": "largest depth taken off",
     "face": "free, or three shapes",
     "load_factor": "shakedown limit",
-    "guaranteed": "guaranteed limit of the same design",
-    "residual": "residual of the design",
 }
 LIMITS = Table("design_limits", "limits of a punch with the best profile", _LIMITS_COLUMNS, FULL, QUICK, limits)
 _PROFILES_COLUMNS = {
     "face": "which",
-    "x": "place, over the half-width",
     "profile": "material taken off",
     "pressure": "mean pressure over the corners at the limit, per length",
     "load_factor": "shakedown limit; of the worn face the limit with open nodes",
-    "residual": "residual of the limit",
 }
 PROFILES = Table(
     "design_profiles", "profiles of a punch: flat, worn in above its limit, and the best ones as deep", _PROFILES_COLUMNS, FULL, QUICK, profiles
@@ -170,7 +165,6 @@ _BOLTS_COLUMNS = {
     "total": "sum of the forces",
     "price": "rate of the sum with the load: what one more load factor costs",
     "even": "load factor that the same sum carries in three equal bolts",
-    "residual": "residual of the design",
 }
 BOLTS = Table("design_bolts", "least bolt forces of a lap joint in space", _BOLTS_COLUMNS, FULL, QUICK, bolts)
 

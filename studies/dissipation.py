@@ -78,7 +78,7 @@ def runs_of(parameters: Parameters, workers: int = 1, store: str | None = None) 
             part = fo.dissipation_study(case.system, LOADS, case.friction, [load_factor], starts, executor=pool, store=store)
             part["amplitude"] /= slip_unit(case.system)
             parts.append(part.assign(friction=case.friction, load_ratio=ratio))  # without the rounding of a division
-    return pd.concat(parts, ignore_index=True)[list(_RUN)]
+    return pd.concat(parts, ignore_index=True)
 
 
 def summary(runs: pd.DataFrame, *more: str) -> pd.DataFrame:
@@ -113,7 +113,7 @@ def states_of(parameters: Parameters, **options: Any) -> pd.DataFrame:
     case = next(case for case in cases_of(parameters) if case.friction == parameters.pair_friction)
     ordered = runs.sort_values("dissipation", kind="stable")
     parts = [_steady_cycle(parameters, case, row).assign(state=name) for name, row in (("least", ordered.iloc[0]), ("most", ordered.iloc[-1]))]
-    return pd.concat(parts)[list(_STATE)]
+    return pd.concat(parts)
 
 
 def _steady_cycle(parameters: Parameters, case: Case, row: "pd.Series[Any]") -> pd.DataFrame:
@@ -131,8 +131,7 @@ def _steady_cycle(parameters: Parameters, case: Case, row: "pd.Series[Any]") -> 
     return pd.DataFrame({**each, **columns, "status": path.status.ravel(), "residual": path.residual}).assign(**same)
 
 
-_LOAD = {"friction": "coefficient of friction", "load_ratio": "load factor over lambda_2", "load_factor": "amplitude of sigma / (P / 2a)"}
-_RUN = _LOAD | {
+_RUN = {
     "start": "name of the start",
     "family": "'none', 'safe' (multiples of the linear program's slip), 'smooth' and 'rough' (random), 'overload' (a cycle at a higher load first)",
     "amplitude": "root mean square of the initial slip v E* / (a P / 2a)",
@@ -140,28 +139,11 @@ _RUN = _LOAD | {
     "dissipation": "work of friction per steady cycle, (P / 2a) a^2",
     "dissipation_scaled": "the same over P^2 / E*, P the total force per depth",
     "cycles": "cycles followed until the steady state was proven",
-    "residual": "worst violation of the contact law, or change over the steady cycle",
-    "seconds": "time of the run, one thread",
     "error": "why there is no result; empty if there is one",
 }
 _STATE = {
     "state": "'least' or 'most': dissipation among all starts at this load",
-    **_LOAD,
     **{name: _RUN[name] for name in ("start", "family", "amplitude", "dissipation_scaled")},
-    "time": "load corners visited since the beginning of the cycle",
-    "sigma": "bulk stress / (P / 2a)",
-    "x": "position / a",
-    "slip": "slip v E* / (a P / 2a)",
-    "q": "nodal shear force on the punch / (P / 2)",
-    "p": "nodal normal force / (P / 2)",
-    "status": "0 stick, +1 and -1 slip along +x and against it, 2 open: until the next event",
-    "residual": "largest violation of the contact law over the transient",
-}
-_LIMITS = {
-    "friction": _LOAD["friction"],
-    "load_factor": "shakedown limit lambda_2, sigma / (P / 2a)",
-    "guaranteed": "upper bound of the guaranteed limit lambda_1, sigma / (P / 2a)",
-    "residual": "residual of both",
 }
 _OPTIONS: dict[str, dict[str, Any]] = {
     "workers": {"type": whole_number(1), "default": 1, "metavar": "N", "help": "number of processes (default 1: no other process)"},
@@ -174,7 +156,7 @@ def _table(name: str, about: str, columns: dict[str, str], compute: Any) -> Tabl
 
 
 RUNS = _table("dissipation_runs", "one transient to its steady state", _RUN, runs_of)
-LIMITS = Table("dissipation_limits", "both limits at one friction", _LIMITS, full=FULL, quick=QUICK, compute=limits_of)
+LIMITS = Table("dissipation_limits", "both limits at one friction", {}, full=FULL, quick=QUICK, compute=limits_of)
 STATES = _table("dissipation_states", "one node at one event of the steady cycle", _STATE, states_of)
 
 STUDY = Study(

@@ -109,11 +109,8 @@ def _picture(parameters: Any, folder: Path) -> Path:
 
 
 _COLUMNS = {
-    "question": "what is asked",
     "value": "load factor, or scaled work of friction",
     "meaning": "the answer in words",
-    "residual": "residual of the answer",
-    "seconds": "time of the call",
 }
 ANSWERS = Table("first_look", "one question", _COLUMNS, full=FULL, quick=QUICK, compute=answers)
 

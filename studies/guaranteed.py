@@ -149,20 +149,11 @@ def _region(lines: Sequence[tuple[int, int, Any, float, float]], factor: float) 
     return list(kept[np.argsort(np.arctan2(*(kept - centre).T))])
 
 
-_MESH = {"elements": "elements on the contact, grading sine", "corner_size": "element at the corner of the contact / a"}
 _BOUND = {"slip_bound": "largest slip that assembly may leave, v E* / (a P / 2a)"}
-_LIMIT = {
-    "friction": "coefficient of friction",
-    "guaranteed": "guaranteed limit lambda_1 (upper bound with witness), sigma / (P / 2a)",
-    "shakedown": "shakedown limit lambda_2, sigma / (P / 2a)",
-    "x": "node that starts to slip back and forth, x / a; NaN if the limit is lambda_2",
-    "residual": "largest of the violation by the witness and the distance of the dual bound, relative",
-}
+_LIMIT = {"x": "node that starts to slip back and forth, x / a; NaN if the limit is lambda_2"}
 _PLANE = {
-    "load_factor": "load factor",
     "share": "load factor over the guaranteed limit",
     "limit": "name of the limit, if the load factor is one",
-    "residual": "for a path largest violation of the contact law; else residual of the limit",
     "what": "line: friction bound at its ruling corner; mean line: the same under the mean load; safe: vertex of the safe slips; witness; path",
     "node": "node of a line or of the witness, else -1",
     "sense": "for a line the sense of the slip that it bounds; for a path its outcome",
@@ -171,11 +162,9 @@ _PLANE = {
     "v2": "slip of node 1",
 }
 
-FRICTION = Table("guaranteed_friction", "limits of one mesh at one friction", _MESH | _LIMIT, full=FULL, quick=QUICK, compute=limits_by_friction)
-CORNER = Table("guaranteed_corner", "limits of one mesh at one friction", _MESH | _LIMIT, full=FULL, quick=QUICK, compute=limits_by_corner)
-BOUND = Table(
-    "guaranteed_bound", "limits under one slip bound at one friction", _MESH | _BOUND | _LIMIT, full=FULL, quick=QUICK, compute=limits_by_bound
-)
+FRICTION = Table("guaranteed_friction", "limits of one mesh at one friction", _LIMIT, full=FULL, quick=QUICK, compute=limits_by_friction)
+CORNER = Table("guaranteed_corner", "limits of one mesh at one friction", _LIMIT, full=FULL, quick=QUICK, compute=limits_by_corner)
+BOUND = Table("guaranteed_bound", "limits under one slip bound at one friction", _BOUND | _LIMIT, full=FULL, quick=QUICK, compute=limits_by_bound)
 PLANE = Table("guaranteed_plane", "one point of a polyline in the plane of slips", _PLANE, full=FULL, quick=QUICK, compute=plane_of_slips)
 
 STUDY = Study("studies.guaranteed", __doc__, "few coarse meshes, in seconds", (FRICTION, CORNER, BOUND, PLANE))

@@ -105,36 +105,12 @@ def _states(case: _Case, times: Any, sigma: Any, q: Any, p: Any, slip: Any, stat
     return pd.DataFrame(columns)
 
 
-_SHARED = {
-    "elements": "elements on the contact, default grading",
-    "friction": "coefficient of friction",
-    "load_factor": "amplitude of sigma / (P / 2a)",
-    "time": "load corners visited; 0 at the mean load",
-    "sigma": "bulk stress / (P / 2a)",
+_CYCLE = {
+    "instant": "load corners visited since the beginning of the cycle",
+    "ratio": "q / (f p); NaN where p vanishes",
+    "status": "0 stick, +1 and -1 slip along +x and against it, 2 open: just before the instant",
 }
-_STATE = {
-    "q": "nodal shear force on the punch / (P / 2)",
-    "p": "nodal normal force / (P / 2)",
-    "slip": "slip v E* / (a P / 2a), from no initial slip",
-}
-_NODE = {"x": "position / a"}
-_RESIDUAL = {"residual": "largest violation of the contact law over all states of the path"}
-_CYCLE = (
-    _SHARED
-    | {"instant": "load corners visited since the beginning of the cycle"}
-    | _NODE
-    | _STATE
-    | {"ratio": "q / (f p); NaN where p vanishes", "status": "0 stick, +1 and -1 slip along +x and against it, 2 open: just before the instant"}
-    | _RESIDUAL
-)
-_HISTORY = (
-    _SHARED
-    | {"cycles": "'first' or 'steady'", "node": "number of the node, from the left"}
-    | _NODE
-    | _STATE
-    | {"status": "0 stick, +1 and -1 slip along +x and against it, 2 open: until the next event", "work": "work of friction so far / (P^2 / E*)"}
-    | _RESIDUAL
-)
+_HISTORY = {"cycles": "'first' or 'steady'", "work": "work of friction so far / (P^2 / E*)"}
 
 CYCLE = Table("increments_cycle", "one node at one instant of the steady cycle", _CYCLE, full=FULL, quick=QUICK, compute=steady_cycle)
 CORNER = Table("increments_corner", "one node after one event of the exact path", _HISTORY, full=FULL, quick=QUICK, compute=corner_history)

@@ -141,7 +141,7 @@ def fretting(parameters: Parameters) -> Iterator[Row]:
     """One row for each node of each joint."""
     for joint in joints(parameters):
         steady, table = _fretting(joint, joint.model.condense())
-        yield table.assign(joint=joint.name, residual=steady.residual)[list(_NODES)]
+        yield table.assign(joint=joint.name, residual=steady.residual)
 
 
 def regions(parameters: Parameters) -> Iterator[Row]:
@@ -172,12 +172,8 @@ def _summary(tables: Mapping[str, pd.DataFrame]) -> str:
 
 
 _REPORT = {
-    "joint": "which joint",
-    "nodes": "nodes of its contacts",
     "samples": "rows of the history",
     "corners": "points at which it turns",
-    "friction": "coefficient of friction",
-    "shakedown": "shakedown limit, load factor on the history around its mean load",
     "required_friction": "least friction with which the history is safe",
     "outcome": "steady state under the history",
     "dissipation": "work of friction per cycle, N mm (the dovetail: per mm)",
@@ -188,11 +184,8 @@ _REPORT = {
     "largest_F1": "N/mm",
     "largest_F2": "N^2/mm^3",
     "largest_SWT": "MPa",
-    "residual": "largest residual of all answers",
 }
 _NODES = {
-    "joint": "which joint",
-    "node": "number of the node",
     "contact": "its contact",
     "x": "arc length, mm",
     "slip_range": "mm",
@@ -200,16 +193,13 @@ _NODES = {
     "F1": "Ruiz's first parameter, N/mm",
     "F2": "Ruiz's second parameter, N^2/mm^3, stress of body 2",
     "SWT": "Smith-Watson-Topper parameter, MPa, stress of body 2",
-    "residual": "of the steady state",
 }
 _REGION = {
-    "joint": "which joint",
     "first": "load of amplitude a",
     "second": "load of amplitude b",
     "what": "vertex of the safe amplitudes, or largest amplitudes of the history",
     "a": "amplitude, MPa (push: N)",
     "b": "amplitude, MPa (push: N)",
-    "residual": "of the region",
 }
 
 JOINTS = Table("joint_report", "one joint", _REPORT, full=FULL, quick=QUICK, compute=report)

@@ -122,8 +122,8 @@ def _mesh(scene: fo.scenes.PunchOnHalfPlane) -> dict[str, Any]:
 
 
 def _limits(system: fo.ContactSystem, frictions: Iterable[float]) -> pd.DataFrame:
-    """Shakedown limits, without the columns that the residual already sums up."""
-    return fo.ShakedownModel(system, LOADS).sweep(frictions).drop(columns=["bound", "friction_rate", "direction", "solver"])
+    """Shakedown limits."""
+    return fo.ShakedownModel(system, LOADS).sweep(frictions)
 
 
 def _onsets(system: fo.ContactSystem, friction: float) -> dict[str, Any]:
@@ -157,12 +157,10 @@ def _corner_reactions(limit: fo.results.ShakedownLimit, friction: float, corner:
     )
 
 
-_MESH = {"elements": "elements on the contact", "grading": "grading of the contact", "corner_size": "element at the corner of the contact / a"}
 _LIMIT = {
-    "friction": "coefficient of friction",
-    "load_factor": "shakedown limit lambda_2, sigma / (P / 2a)",
+    "grading": "grading of the contact",
+    "load_factor": "shakedown limit lambda_2",
     "least": "least safe load factor, 0 where the mean load alone is safe",
-    "residual": "largest of the violation by the safe slip and the distance of the dual bound, relative",
     "node": "node with the largest share of the mechanism",
 }
 _ONSET = {
@@ -174,29 +172,23 @@ _ONSET = {
     "separation_minus": "load factor at the first separation, bulk pressed",
 }
 _REACTION = {
-    "friction": _LIMIT["friction"],
+    "grading": _LIMIT["grading"],
     "load_factor": _LIMIT["load_factor"],
     "sigma": "load corner: sigma over the load factor",
-    "x": "position / a",
-    "q": "nodal shear force on the punch / (P / 2)",
-    "p": "nodal normal force / (P / 2)",
     "ratio": "q / (f p); NaN where p vanishes",
     "slip": "safe residual slip v E* / (a P / 2a)",
     "share": "share of the node, at this load corner, in the slip of the limiting mechanism",
-    "residual": _LIMIT["residual"],
 }
 
-FRICTION = Table("limits_friction", "limits of one mesh at one friction", _MESH | _LIMIT | _ONSET, full=FULL, quick=QUICK, compute=limits_by_friction)
-CORNER = Table("limits_corner", "shakedown limit of one mesh at one friction", _MESH | _LIMIT, full=FULL, quick=QUICK, compute=limits_by_corner)
+FRICTION = Table("limits_friction", "limits of one mesh at one friction", _LIMIT | _ONSET, full=FULL, quick=QUICK, compute=limits_by_friction)
+CORNER = Table("limits_corner", "shakedown limit of one mesh at one friction", _LIMIT, full=FULL, quick=QUICK, compute=limits_by_corner)
 REACTIONS = Table(
-    "limits_reactions", "one node at one load corner, at the shakedown limit", _MESH | _REACTION, full=FULL, quick=QUICK, compute=reactions_at_limit
+    "limits_reactions", "one node at one load corner, at the shakedown limit", _REACTION, full=FULL, quick=QUICK, compute=reactions_at_limit
 )
-_SURFACE_COLUMNS = _MESH | {
+_SURFACE_COLUMNS = {
+    "grading": _LIMIT["grading"],
     "surface": "E* over the contact stiffness, over a; 0 for the hard contact",
-    "friction": _LIMIT["friction"],
-    "onset": "load factor at the first slip; 0 if it happens under the mean load alone",
     "load_factor": _LIMIT["load_factor"],
-    "residual": "residual of the limit",
 }
 SURFACE = Table(
     "limits_surface", "onset and shakedown limit of one mesh with one contact stiffness", _SURFACE_COLUMNS, FULL, QUICK, limits_by_surface

@@ -129,32 +129,24 @@ def _outside(works: Any, least: Any, most: Any) -> Any:
     return (works > most * (1 + _INSIDE)) | (works < least * (1 - _INSIDE))
 
 
-_LOAD = {"friction": "coefficient of friction", "load_ratio": "load factor over lambda_2", "load_factor": "amplitude of sigma / (P / 2a)"}
 _SPAN = {"least": "least W E* / P^2 per steady cycle found", "most": "largest W E* / P^2 per steady cycle found"}
-_RESIDUAL = {"residual": "worst residual"}
-_FOUND = _LOAD | _SPAN | _RESIDUAL
 _SLIP = {
-    **{name: _LOAD[name] for name in ("friction", "load_ratio")},
     "bound": "proven least value of the weighted slip g.v over the corners: lambda - lambda_2",
     "least": "its value on the orbit with the least W found",
     "most": "its value on the orbit with the largest W found",
     "proven_total": "proven least sum over the nodes of the slip between corners, v E* / (a P / 2a)",
     "least_total": "that sum on the orbit with the least W found; NaN where nodes are open at a corner",
     "most_total": "the same on the orbit with the largest W found",
-    **_RESIDUAL,
 }
 _PROTOCOLS = {
-    "friction": _LOAD["friction"],
     "protocol": "'nothing', 'overload' (sigma to 2 lambda_2 and back), 'unload' (P to 0.2 and back), 'unload at tension' (P to 0.3 and back at "
     "sigma = +lambda), each from the worst start; 'assembled' (P grows from zero), 'safe' (the slip that is safe at lambda_2)",
-    "ratio": "load factor up to which the contact comes to rest, over lambda_2",
-    "load_factor": "the same, amplitude of sigma / (P / 2a)",
+    "ratio": "load factor up to which the contact comes to rest, `load_factor`, over lambda_2",
     "monotonic": "whether it comes to rest at no larger load factor that was tried",
-    **_RESIDUAL,
 }
 
 
-FOUND = Table("range_found", "the range found at one load", _FOUND, FULL, QUICK, found_of)
+FOUND = Table("range_found", "the range found at one load", _SPAN, FULL, QUICK, found_of)
 SLIP = Table("range_slip", "the least slip that is proven at one load, and that found", _SLIP, FULL, QUICK, slip_of)
 PROTOCOLS = Table("range_protocols", "the load up to which the contact comes to rest after one protocol", _PROTOCOLS, FULL, QUICK, protocols_of)
 

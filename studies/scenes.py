@@ -91,12 +91,8 @@ _LIMITS_COLUMNS = {
     "scene": "dovetail, pin or punch",
     "case": "load that goes to and fro, or round",
     "parameter": "angle of the flanks, degrees; radius of the punch's edges / a; NaN for the pin",
-    "nodes": "node pairs",
-    "friction": "coefficient of friction",
     "onset": "load factor at the first slip, once the mean load has settled where it opens nodes; 0 where it alone slips",
     "load_factor": "shakedown limit lambda_2; inf: none; NaN: no residual slip is safe",
-    "guaranteed": "guaranteed limit lambda_1",
-    "residual": "worst violation by the safe slips, relative",
 }
 LIMITS = Table("scenes_limits", "limits of one scene under one load at one friction", _LIMITS_COLUMNS, FULL, QUICK, limits)
 

@@ -112,20 +112,16 @@ def exponent(sizes: Any, limits: Any) -> float:
 
 
 _COLUMNS = {
-    "nodes": "number of node pairs",
-    "friction": "coefficient of friction",
     "shakedown": "shakedown limit; without the nodes that are open under the mean load where no slip keeps all closed",
     "separated": "largest load factor of the sets of open nodes that were tried, the others closed and stuck",
     "bound": "upper bound by the mixed-integer program; inf where it has none",
     "open": "nodes that stay open",
-    "residual": "largest violation of the contact law by the state of rest",
-    "seconds": "run time",
 }
 _CYLINDER_COLUMNS = {"size": "cell over the half-width of the contact"} | _COLUMNS
 CYLINDER = Table(
     "separation_cylinder", "limit of a cylinder on a half-plane under tangential load, Q / (f P)", _CYLINDER_COLUMNS, FULL, QUICK, cylinder
 )
-_ROUNDED_COLUMNS = {"elements": "elements on the contact", "rounding": "s of the gap s (|x| / a - 0.6)^2, over a P / (2a E)"} | _COLUMNS
+_ROUNDED_COLUMNS = {"rounding": "s of the gap s (|x| / a - 0.6)^2, over a P / (2a E)"} | _COLUMNS
 ROUNDED = Table("separation_rounded", "limit of a punch with rounded edges, sigma / (P / 2a)", _ROUNDED_COLUMNS, FULL, QUICK, rounded)
 _CLOSED_COLUMNS = (
     {"scene": "flat punch, sigma / (P / 2a); or pin, force over overlap"}

@@ -54,7 +54,7 @@ def times_by_size(parameters: Parameters) -> pd.DataFrame:
         for scene, elements in tqdm(sizes, desc="times by size", disable=None):
             guaranteed, transients = (elements <= getattr(parameters, f"{scene}_{what}") for what in ("guaranteed", "transients"))
             rows += pool.submit(_answered, scene, elements, guaranteed, transients).result()
-    return pd.DataFrame(rows, columns=list(_COLUMNS))
+    return pd.DataFrame(rows)
 
 
 def _answered(scene: str, elements: int, guaranteed: bool, transients: bool) -> list[dict[str, Any]]:
@@ -91,13 +91,9 @@ def _rows(scene: str, elements: int, guaranteed: bool, transients: bool) -> list
 
 _COLUMNS = {
     "scene": '"plane" or "space"',
-    "elements": "elements along (a side of) the contact",
     "unknowns": "displacements of the bodies",
-    "nodes": "contact nodes N",
     "question": f"one of {'; '.join(_QUESTIONS)}: a safe slip at 0.9, steady states at 0.9 and 1.05 times the shakedown limit, without initial slip",
-    "seconds": "processor time",
     "memory": "largest memory of the process so far, gigabytes",
-    "residual": "that of the answer; a condensation has none",
 }
 
 SIZES = Table("sizes", "one question to a contact of one size", _COLUMNS, full=FULL, quick=QUICK, compute=times_by_size, alone=True)

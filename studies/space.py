@@ -99,25 +99,14 @@ def work_between(parameters: Parameters) -> Iterator[Row]:
         yield named | {"work": work[runs["start"] == "none"].iloc[0], "least": work.min(), "most": work.max(), "residual": runs["residual"].max()}
 
 
-_LIMITS = {
-    "onset": "load factor at the first slip of the bonded contact",
-    "guaranteed": "guaranteed limit lambda_1",
-    "shakedown": "shakedown limit lambda_2",
-    "residual": "worst of both limits",
-}
-_LOAD = {"load": "load cycle, see LOADS"}
-
-_FRICTION_COLUMNS = _LOAD | {"friction": "coefficient of friction"} | _LIMITS
-FRICTION = Table("space_friction", "limits of a square punch at one friction", _FRICTION_COLUMNS, FULL, QUICK, against_friction)
-_MESH_COLUMNS = {"scene": '"square punch" or "sphere"', "nodes": "node pairs"} | _LOAD | _LIMITS
-MESH = Table("space_mesh", "limits of one contact on one mesh", _MESH_COLUMNS, FULL, QUICK, against_mesh)
+FRICTION = Table("space_friction", "limits of a square punch at one friction", {}, FULL, QUICK, against_friction)
+MESH = Table("space_mesh", "limits of one contact on one mesh", {"scene": '"square punch" or "sphere"'}, FULL, QUICK, against_mesh)
 _WORK_COLUMNS = {
     "ratio": "load factor over lambda_2",
     "guaranteed": "lambda_1 over lambda_2",
     "work": "work of friction per cycle from no slip",
     "least": "least of all starts",
     "most": "most of all starts",
-    "residual": "worst of all steady states",
 }
 WORK = Table("space_work", "steady work of friction of a square punch under bulk stress at one load factor", _WORK_COLUMNS, FULL, QUICK, work_between)
 

@@ -45,7 +45,7 @@ def faces_at_limit(parameters: Parameters) -> Iterator[Row]:
     system = scene.condense()
     for load, cycle in tqdm(LOADS.items(), desc="faces at the limit", disable=None):
         limit = fo.shakedown_limit(system, cycle, parameters.map_friction)
-        face = limit.to_frame().drop(columns="z")
+        face = limit.to_frame()
         share = limit.mechanism.groupby("node")["share"].sum().reindex(range(system.nodes), fill_value=0.0)
         unit = float(system.bonded["P"][1].sum()) / (4 * scene.half_width**2) * scene.half_width / scene.block_material.E
         face = face.assign(first_ratio=limit.traction_ratios[0], slip1=face["slip1"] / unit, slip2=face["slip2"] / unit, share=share.to_numpy())
@@ -137,46 +137,30 @@ def _cell(rows: pd.DataFrame) -> str:
     return answers + (f", {refused} refused" if refused else "")
 
 
-_LIMIT = {
-    "load": "load cycle, see studies.space",
-    "load_factor": "shakedown limit lambda_2, load over mean pressure",
-    "residual": "worst violation by the safe slip, or distance of the dual bound, relative",
-}
 _MAP = {
-    "load": _LIMIT["load"],
-    "load_factor": _LIMIT["load_factor"],
-    "node": "node pair",
-    "x": "position / a",
+    "load_factor": "shakedown limit lambda_2, load over mean pressure",
     "y": "position / a",
     "slip1": "safe residual slip along x, v E / (a times mean pressure)",
     "slip2": "the same along y",
     "traction_ratio": "largest |q| / (f p) over the corners",
     "first_ratio": "|q| / (f p) at the first corner; NaN where p vanishes",
     "share": "share of the node in the slip of the limiting mechanism",
-    "residual": _LIMIT["residual"],
 }
 _STEP = {
-    "load": _LIMIT["load"],
     "steps": "increments from corner to corner",
     "dissipation": "work of friction per cycle in the steady state",
     "error": "its distance from that of the reference number of increments, relative",
     "step_error": "the error that the result itself tells",
     "cycles": "cycles followed",
-    "residual": "violation of the contact law, or change of slip over the steady cycle",
 }
 _PROOF = {
     "mesh": "'even', or 'uneven': elements of the face that shrink towards the edges",
-    "nodes": "node pairs",
     "ratio": "Young's modulus of the punch over that of the block",
     "force": "unit of force",
     "length": "unit of length",
-    "load": _LIMIT["load"],
-    "friction": "coefficient of friction",
     "result": "'answer', or why the limit is refused",
-    "load_factor": _LIMIT["load_factor"],
+    "load_factor": _MAP["load_factor"],
     "gap": "distance of the bound of the mechanism from what the slip carries, relative",
-    "seconds": "processor time of the limit, one thread",
-    "residual": _LIMIT["residual"],
 }
 
 MAPS = Table("spatial_maps", "one node at the shakedown limit", _MAP, full=FULL, quick=QUICK, compute=faces_at_limit)

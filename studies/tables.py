@@ -27,6 +27,32 @@ _LIBRARIES = ("numpy", "scipy", "cvxpy", "highspy", "clarabel", "scikit-fem", "p
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
+COLUMNS = {
+    "joint": "which joint",
+    "load": "load cycle, see `studies.space`",
+    "nodes": "node pairs",
+    "elements": "elements on the contact, along one side in space",
+    "corner_size": "element at the corner of the contact / a",
+    "friction": "coefficient of friction",
+    "question": "what is asked",
+    "load_factor": "load factor",
+    "load_ratio": "load factor over the shakedown limit",
+    "onset": "load factor at the first slip of the bonded contact; 0 if it happens under the mean load alone",
+    "guaranteed": "guaranteed limit lambda_1",
+    "shakedown": "shakedown limit lambda_2",
+    "time": "load corners visited; 0 at the mean load",
+    "sigma": "bulk stress",
+    "node": "number of the node",
+    "x": "position / a",
+    "slip": "slip",
+    "q": "nodal shear force on the punch",
+    "p": "nodal normal force",
+    "status": "0 stick, +1 and -1 slip along +x and against it, 2 open: until the next event",
+    "seconds": "time of the answer",
+    "residual": "largest residual of the answers",
+}
+"""Columns of many tables -> their meaning; of the paper's scene in the units of `studies.paper`."""
+
 Row: TypeAlias = Mapping[str, Any] | pd.DataFrame  # of a table, or a part of it
 P = TypeVar("P", bound="DataclassInstance")  # parameters of a study: a frozen dataclass of plain values
 
@@ -91,7 +117,7 @@ class Table(Generic[P]):
     about
         What a row is.
     columns
-        Column -> meaning and unit, in the order of the table.
+        Column -> meaning and unit, of those that are its own; others of `COLUMNS` are kept where they are computed, and no more.
     full, quick
         Parameters of the two sizes.
     compute
@@ -125,21 +151,21 @@ class Table(Generic[P]):
         Raises
         ------
         ValueError
-            The computed columns are not the described ones.
+            One of its own columns is not computed.
         """
         found = self.compute(parameters, **options)
         if not isinstance(found, pd.DataFrame):
             rows = list(found)
             found = pd.concat(rows) if isinstance(rows[0], pd.DataFrame) else pd.DataFrame(rows)
-        if set(found.columns) != set(self.columns):
-            raise ValueError(f"table {self.name}: computed columns {list(found.columns)} are not the described ones {list(self.columns)}")
-        return found.reset_index(drop=True)[list(self.columns)]
+        if missing := set(self.columns) - set(found.columns):
+            raise ValueError(f"table {self.name}: computed columns {list(found.columns)} lack the described ones {sorted(missing)}")
+        return found.reset_index(drop=True)[[name for name in found.columns if name in COLUMNS | self.columns]]
 
     def make(self, parameters: P, folder: Path, **options: Any) -> pd.DataFrame:
         """Compute the table and write it."""
         start = time.perf_counter()
         table = self.frame(parameters, **options)
-        table.attrs = table.attrs | self._origin(parameters) | {"seconds": round(time.perf_counter() - start, 3)}
+        table.attrs = table.attrs | self._origin(parameters, table) | {"seconds": round(time.perf_counter() - start, 3)}
         _write(table, self.path(folder))
         return table
 
@@ -149,16 +175,17 @@ class Table(Generic[P]):
             table = pd.read_parquet(self.path(folder))
         except (OSError, ValueError):  # no file, or not a parquet file
             return None
-        return table if _same_origin(table.attrs, self._origin(parameters)) else None
+        return table if _same_origin(table.attrs, self._origin(parameters, table)) else None
 
     def load(self, parameters: P, folder: Path) -> pd.DataFrame:
         """The stored table if there is one for these parameters, else a new one."""
         table = self.stored(parameters, folder)
         return self.make(parameters, folder) if table is None else table
 
-    def _origin(self, parameters: P) -> dict[str, Any]:
+    def _origin(self, parameters: P, table: pd.DataFrame) -> dict[str, Any]:
+        columns = {name: (COLUMNS | self.columns).get(name) for name in table.columns}
         versions = {"frictopt": f"{fo.__version__}+{source_digest(self.compute.__module__)}"} | {name: version(name) for name in _LIBRARIES}
-        origin = {"table": self.name, "about": self.about, "columns": dict(self.columns), "parameters": asdict(parameters), "versions": versions}
+        origin = {"table": self.name, "about": self.about, "columns": columns, "parameters": asdict(parameters), "versions": versions}
         return dict(json.loads(json.dumps(origin)))  # as it is read back: tuples become lists
 
 

@@ -52,9 +52,6 @@ def limits(parameters: Parameters) -> Iterator[Row]:
 _POISSON_COLUMNS = {
     "element": "kind of element",
     "nu": "Poisson's ratio of both bodies",
-    "friction": "coefficient of friction",
-    "load_factor": "shakedown limit lambda_2, sigma / (P / 2a)",
-    "residual": "residual of the limit",
 }
 POISSON = Table(
     "validity_poisson", "shakedown limit with one kind of element at one Poisson's ratio and friction", _POISSON_COLUMNS, FULL, QUICK, limits

@@ -69,8 +69,7 @@ def histories(parameters: Parameters) -> Iterator[Row]:
     for name, contact, cycle, load_factor in [*asked, ("rounded punch", punch, LOADS, above)]:
         history = fo.wear(contact, cycle, _FRICTION, load_factor, coefficient=_COEFFICIENT)
         table = history.to_frame()
-        shown = table.drop(columns=["work", "stick_width", "outcome", "volume", "slipping"])
-        yield shown.assign(contact=name, work_share=table["work"] / table["work"][0], residual=history.residual)
+        yield table.assign(contact=name, work_share=table["work"] / table["work"][0], residual=history.residual)
 
 
 def limits(parameters: Parameters) -> Iterator[Row]:
@@ -105,11 +104,9 @@ def life(parameters: Parameters) -> Iterator[Row]:
 
 _PROFILES_COLUMNS = {
     "cycles": "load cycles",
-    "x": "place, over the half-width of the contact",
     "depth": "depth worn off",
     "pressure": "pressure at the last corner",
     "end": "depth in the end, in closed form",
-    "residual": "largest residual of all steady states",
 }
 PROFILES = Table("wear_profiles", "profiles of a cylinder at half of gross slip while it wears", _PROFILES_COLUMNS, FULL, QUICK, profiles)
 _HISTORY_COLUMNS = {
@@ -117,14 +114,11 @@ _HISTORY_COLUMNS = {
     "cycles": "load cycles",
     "work_share": "work of friction per cycle, over that of the unworn contact",
     "largest_depth": "largest depth worn off",
-    "residual": "largest residual of all steady states",
 }
 HISTORY = Table("wear_history", "work of friction while contacts wear", _HISTORY_COLUMNS, FULL, QUICK, histories)
 _LIMITS_COLUMNS = {
-    "nodes": "number of node pairs",
     "before": "limit with open nodes of the unworn contact",
     "after": "the same of the contact worn in",
-    "residual": "largest violation of the contact law by the worn contact at rest",
 }
 LIMITS = Table("wear_limits", "limits of a cylinder before and after wear, over the load that wears it", _LIMITS_COLUMNS, FULL, QUICK, limits)
 _LIFE_COLUMNS = {
@@ -133,7 +127,6 @@ _LIFE_COLUMNS = {
     "frequency": "its frequency, over that of the joint that is glued",
     "limit": "shakedown limit of the worn joint, over the load that wears it",
     "guaranteed": "guaranteed limit of the worn joint, over that load",
-    "residual": "largest residual of the steady state and both limits",
 }
 LIFE = Table("wear_life", "damping, frequency and limits of a lap joint while it wears", _LIFE_COLUMNS, FULL, QUICK, life)
 

@@ -1,13 +1,49 @@
-"""Display of results: one readable line, a small table in a notebook, a DataFrame."""
+"""Results: portable (pickled and copied with read-only arrays), and displayed as one readable line, a small table in a notebook, a DataFrame."""
 
 import html
 from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
 from enum import Enum
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
+import numpy as np
+
 from .checks import Array
-from .portable import Portable
+
+
+class Portable:
+    """Base of dataclasses whose arrays are read-only, and which can be pickled, copied and sent to other processes; a copy is read-only as well.
+
+    A solved cvxpy `problem` can do none of this: copies leave it behind.
+    """
+
+    def __post_init__(self) -> None:
+        for value in vars(self).values():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+
+    def __getstate__(self) -> dict[str, object]:
+        names = [one.name for one in fields(self)]  # type: ignore[arg-type]
+        return {name: None if name == "problem" else getattr(self, name) for name in names}
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        self.__dict__.update(state)
+        _seal(list(state.values()))
+
+
+def _seal(value: object) -> None:
+    """Make all arrays in a value read-only, also those in the parts of our own dataclasses."""
+    if isinstance(value, np.ndarray):
+        value.flags.writeable = False
+    elif isinstance(value, tuple | list):
+        for part in value:
+            _seal(part)
+    elif isinstance(value, Mapping):
+        _seal(list(value.values()))
+    elif is_dataclass(value) and type(value).__module__.startswith("frictopt."):
+        _seal(list(vars(value).values()))
+
 
 if TYPE_CHECKING:
     import pandas as pd

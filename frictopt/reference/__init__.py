@@ -6,18 +6,14 @@ even `lam = 0`). A dissipation is the work of friction in one cycle of the stead
 """
 
 from ..contact import referee
-from .bonded_corner import CornerMode, bonded_corner
 from .cattaneo_mindlin import LineContact, contact_modulus
-from .half_plane import half_plane_contact, half_plane_influence
-from .half_space import half_space_contact
+from .corners import CornerMode, bonded_corner, sliding_corner_exponent
+from .half_spaces import half_plane_contact, half_plane_influence, half_space_contact
 from .order import order_preserving
-from .single_node import single_node_dissipation, single_node_limit
 from .sliders import foundation_rod, masing_dissipation, rod_dissipation, rod_end_displacement
-from .sliding_corner import sliding_corner_exponent
-from .smallest_circle import smallest_circle, smallest_circle_limit
 from .sphere_contact import SphereContact
 from .two_nodes import TwoNodeLimits, two_node_limits
-from .uncoupled import uncoupled_limit
+from .uncoupled import single_node_dissipation, single_node_limit, smallest_circle, smallest_circle_limit, uncoupled_limit
 
 __all__ = [
     "CornerMode",

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..contact.checks import Array, finite_array, finite_number, flag
 from ..errors import ModelError
-from ._checks import poisson_ratio
+from ._shared import poisson_ratio
 
 
 def contact_modulus(E1: float, nu1: float, E2: float, nu2: float) -> float:

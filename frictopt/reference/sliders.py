@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..contact.checks import finite_number, whole_number
 from ..errors import ModelError
-from ._checks import per_node
+from ._shared import per_node
 
 
 def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..contact.checks import Array, finite_array, finite_number
 from ..errors import ModelError
-from ._checks import poisson_ratio
+from ._shared import poisson_ratio
 
 _SMALL, _TERMS = 0.1, 20  # shear over the bound below which the closed form loses digits, and so many terms of its series do not
 

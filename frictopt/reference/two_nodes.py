@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 from ..contact.checks import Array, finite_array
 from ..contact.tolerances import CONDENSATION, ROUNDING
 from ..errors import ModelError
-from ._checks import per_node
-from ._numerics import least_ratio
+from ._shared import least_ratio, per_node
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,14 @@
-"""Contacts in which one node does not feel another: limits of uncoupled and proportionally coupled systems."""
+"""Contacts in which one node does not feel another, and the contact of one node: limits, in the plane and in space, and dissipation."""
+
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..contact.checks import Array, finite_array, finite_number
+from ..contact.tolerances import ROUNDING
 from ..errors import ModelError
-from ._checks import per_node
-from ._numerics import least_ratio
+from ._shared import least_ratio, per_node
 
 
 def uncoupled_limit(q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, f: ArrayLike, *, d: ArrayLike = 0.0) -> float:
@@ -61,3 +64,220 @@ def uncoupled_limit(q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, 
         demand=np.maximum(np.abs(q1 - f**2 * d * p1), f * np.abs(p1 - d * q1)),
         terms=f * (np.abs(p0) + np.abs(d * q0)),
     )
+
+
+def single_node_limit(A: float, B: float, q0: float, p0: float, q1: float, p1: float, f: float) -> float:
+    """Shakedown limit of one node, `lambda_1 = lambda_2`.
+
+    With slip v the reactions at the corners `s = -1, +1` are `q = q0 + lam s q1 + A v` and `p = p0 + lam s p1 + B v`. Two bounds on v, one
+    from each sense of slip, close on each other as the load grows and meet at::
+
+        lambda = f (A p0 - B q0) / max(|A q1 - f^2 B p1|, f |A p1 - B q1|)
+
+    The first entry of the maximum rules for `|q1| > f |p1|`: above the limit the node slips to and fro. Otherwise the second does: one corner
+    unloads the node until it lifts off.
+
+    Parameters
+    ----------
+    A, B
+        Tangential force and normal force per slip (v along +x), force per depth and length, `A > 0`.
+    q0, p0
+        Bonded reactions of the mean load, tangential (along +x) and normal (compression positive), force per depth.
+    q1, p1
+        Bonded reactions of the corner `s = +1` at load factor one, force per depth.
+    f
+        Coefficient of friction, dimensionless, `0 < f < A / |B|`: from `A / |B|` on the node wedges and the bounds no longer meet.
+
+    Returns
+    -------
+    float
+        Dimensionless; inf if the load does not touch the node, nan if no slip is safe even without the cyclic load.
+
+    Raises
+    ------
+    ModelError
+        A value that is not real and finite, stiffness or friction not positive, friction at or above the critical one.
+
+    References
+    ----------
+    A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems with Coulomb friction, International Journal of
+    Solids and Structures 44, 8355-8365: the conditions; the expression is where the two bounds meet.
+
+    Examples
+    --------
+    >>> from frictopt.reference import single_node_limit
+    >>> single_node_limit(A=1.0, B=0.0, q0=0.0, p0=1.0, q1=1.0, p1=0.0, f=0.5)
+    0.5
+    """
+    A, B, q0, p0, q1, p1, f = _checked(A, B, q0, p0, q1, p1, f)
+    return uncoupled_limit(q0, p0, q1, p1, f, d=B / A)
+
+
+def single_node_dissipation(A: float, B: float, q0: float, p0: float, q1: float, p1: float, f: float, load_factor: float) -> float:
+    """Work of friction in one cycle of the steady state of one node, the same from every start.
+
+    Up to the limit of `single_node_limit` it is zero. Above it the node slips forward up to the corner that pulls it forward, where it rests at
+    `v_I` on `q = -f p`, and backward up to the other one, where it rests at `v_II` on `q = f p`. With `D = A p0 - B q0`, `e = A p1 - B q1`
+    and `t` the sign of q1, the travel and the pressures at the two ends are::
+
+        v_I - v_II = 2 (lam |A q1 - f^2 B p1| - f D) / (A^2 - f^2 B^2)
+        p_I = (D - lam t e) / (A + f B)        p_II = (D + lam t e) / (A - f B)
+
+    While the node slips its pressure is linear in v, so that the work of a passage is `f (v_I - v_II)` times the pressure half-way, and the two
+    passages add up to::
+
+        W = f (v_I - v_II) q1 (p_I / (q1 - f p1) + p_II / (q1 + f p1))
+
+    Without coupling and cyclic pressure, `B = p1 = 0`, this is `4 f p0 (lam |q1| - f p0) / A`. In a larger uncoupled contact a node whose
+    neighbours stick dissipates as much, with its own diagonal entry of the stiffness for A.
+
+    Parameters
+    ----------
+    A, B
+        Tangential force and normal force per slip (v along +x), force per depth and length, `A > 0`.
+    q0, p0
+        Bonded reactions of the mean load, tangential (along +x) and normal (compression positive), force per depth.
+    q1, p1
+        Bonded reactions of the corner `s = +1` at load factor one, force per depth.
+    f
+        Coefficient of friction, dimensionless, `0 < f < A / |B|`.
+    load_factor
+        Factor `lam` of the cyclic load, dimensionless, at least 0 and at most `D / |e|`, from where on the node lifts off at one of the corners.
+        For `|q1| <= f |p1|` that is the limit itself: such a node never dissipates in full contact.
+
+    Returns
+    -------
+    float
+        Work per cycle, force per depth times length, at least 0.
+
+    Raises
+    ------
+    ModelError
+        A value that is not real and finite, stiffness or friction not positive, friction at or above the critical one, a negative load factor, a
+        node that the mean load or the load factor lifts off.
+
+    References
+    ----------
+    A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems with Coulomb friction, International Journal of
+    Solids and Structures 44, 8355-8365: the two bounds; the work follows from them by the integration above.
+
+    Examples
+    --------
+    >>> from frictopt.reference import single_node_dissipation
+    >>> single_node_dissipation(A=1.0, B=0.0, q0=0.0, p0=1.0, q1=1.0, p1=0.0, f=0.5, load_factor=1.0)  # 4 f p0 (1 - f p0)
+    1.0
+    """
+    A, B, q0, p0, q1, p1, f = _checked(A, B, q0, p0, q1, p1, f)
+    lam = finite_number("load_factor", load_factor, least=0.0)
+    D, e = A * p0 - B * q0, A * p1 - B * q1
+    terms = A * abs(p0) + abs(B * q0)
+    if D < -ROUNDING * terms:
+        raise ModelError(f"p0: {p0:g}; the mean load lifts the node off, give more pressure")
+    travel = 2 * (lam * abs(A * q1 - f**2 * B * p1) - f * D) / (A**2 - (f * B) ** 2)
+    if lam * abs(e) - D > ROUNDING * (terms + lam * (abs(A * p1) + abs(B * q1))):
+        raise ModelError(f"load_factor: {lam:g}; the node lifts off at one corner, give at most {max(D, 0.0) / abs(e):g}")
+    if abs(q1) <= f * abs(p1) or travel <= 0:
+        return 0.0
+    swing = lam * e if q1 > 0 else -lam * e
+    ends = (D - swing) / (A + f * B), (D + swing) / (A - f * B)
+    return f * travel * q1 * (ends[0] / (q1 - f * p1) + ends[1] / (q1 + f * p1))
+
+
+def _checked(A: float, B: float, q0: float, p0: float, q1: float, p1: float, f: float) -> tuple[float, ...]:
+    A, B = finite_number("A", A, above=0.0), finite_number("B", B)
+    q0, p0, q1, p1 = (finite_number(name, value) for name, value in zip(("q0", "p0", "q1", "p1"), (q0, p0, q1, p1), strict=True))
+    f = finite_number("f", f, above=0.0)
+    if f * abs(B) >= A:
+        raise ModelError(f"f: {f:g} is not below the critical friction A/|B| = {A / abs(B):g}; give less friction or weaker coupling")
+    return A, B, q0, p0, q1, p1, f
+
+
+_INSIDE = 1e-12  # a point this far outside a circle, over the size of the points, is on it
+
+
+def smallest_circle(points: ArrayLike) -> tuple[Array, float]:
+    """Centre and radius of the smallest circle around some points of the plane: through two of them, or through three.
+
+    Parameters
+    ----------
+    points
+        (K, 2) points, in any one unit; a handful of them, because all pairs and triples are tried.
+
+    Raises
+    ------
+    ModelError
+        No points, or points that are not real and finite.
+
+    Examples
+    --------
+    >>> from frictopt.reference import smallest_circle
+    >>> centre, radius = smallest_circle([[1.0, 0.0], [-1.0, 0.0], [0.0, 0.5]])
+    >>> centre.tolist(), radius
+    ([0.0, 0.0], 1.0)
+    """
+    array = finite_array("points", points, (None, 2))
+    if not len(array):
+        raise ModelError("points: none; give at least one")
+    middle = array.mean(axis=0)
+    size = float(np.abs(array - middle).max())
+    if size == 0:
+        return array[0], 0.0
+    unit = (array - middle) / size
+    circles = [((one + two) / 2, float(np.hypot(*(one - two)) / 2)) for one, two in combinations(unit, 2)]
+    for a, b, c in combinations(unit, 3):
+        matrix = 2 * np.array([b - a, c - a])
+        if abs(np.linalg.det(matrix)) > _INSIDE:
+            centre = np.linalg.solve(matrix, [b @ b - a @ a, c @ c - a @ a])
+            circles.append((centre, float(np.hypot(*(a - centre)))))
+    holding = [circle for circle in circles if np.hypot(*(unit - circle[0]).T).max() <= circle[1] + _INSIDE]
+    centre, radius = min(holding, key=lambda circle: circle[1])
+    return middle + size * centre, size * radius
+
+
+def smallest_circle_limit(p0: ArrayLike, q1: ArrayLike, f: ArrayLike) -> float:
+    """Limit lambda_2 of an uncoupled contact in three dimensions (B = 0) whose corners change the shear forces alone.
+
+    A residual slip moves the shear forces of each node at all corners by the same vector, which is free where A is positive definite. The node is
+    safe if a circle of radius `f p0` holds its corners, so the weakest node rules::
+
+        lambda = min over nodes of  f p0 / (radius of the smallest circle around the corners' q1)
+
+    Parameters
+    ----------
+    p0
+        Normal forces of the mean load, compression positive, (N,) or one number, force.
+    q1
+        (K, N, 2) shear forces of the corners at load factor one, force.
+    f
+        Coefficient of friction, (N,) or one number, positive.
+
+    Returns
+    -------
+    float
+        Dimensionless; inf if the load does not shear the nodes, nan if a node pulls under the mean load.
+
+    Raises
+    ------
+    ModelError
+        Values that are not real and finite, lengths that do not match, friction not positive.
+
+    References
+    ----------
+    A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems with Coulomb friction, International Journal of
+    Solids and Structures 44, 8355-8365: uncoupled contacts shake down below it from every start.
+
+    Examples
+    --------
+    >>> from frictopt.reference import smallest_circle_limit
+    >>> smallest_circle_limit(p0=[1.0, 3.0], q1=[[[1.0, 0.0], [1.0, 0.0]], [[-1.0, 0.0], [-1.0, 0.0]]], f=0.5)
+    0.5
+    """
+    shear = finite_array("q1", q1, (None, None, 2))
+    if not shear.size:
+        raise ModelError(f"q1: shape {shear.shape}; give the shear forces (K, N, 2) of at least one corner and node")
+    p0, f = per_node(shear.shape[1], p0=p0, f=f)
+    if p0.min() < 0:
+        return float("nan")
+    radii = np.array([smallest_circle(shear[:, node])[1] for node in range(shear.shape[1])])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return float(np.where(radii > 0, f * p0 / radii, np.inf).min())

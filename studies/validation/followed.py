@@ -73,16 +73,12 @@ def _of_contact(seed: int, parameters: Parameters) -> list[dict[str, object]]:
 
 _COLUMNS = {
     "seed": "of the contact",
-    "nodes": "of the contact",
     "corners": "of its load cycle",
-    "guaranteed": "guaranteed limit lambda_1",
-    "shakedown": "shakedown limit lambda_2",
     "share": "load factor over lambda_1, from the least safe one on",
     "start": "witness, random, or none where lambda_1 is about 0 and nothing was followed",
     "outcome": "of the transient",
     "work": "of friction in its steady cycle",
     "work_error": "error of the work, over the work",
-    "residual": "of the steady state, or of the limit where nothing was followed",
 }
 FOLLOWED = Table("followed", "one transient of one random contact", _COLUMNS, full=FULL, quick=QUICK, compute=followed)
 

@@ -116,14 +116,12 @@ def _milliseconds(row: Any) -> str:
 _SAVED = {
     "scene": "'paper': square punch, alternating bulk stress; 'with shear': a shear load in addition, not symmetric; 'uncoupled': B = 0; 'sampled': "
     "the paper's cycle, sampled at many corners; 'ellipse': bulk stress and shear out of phase; 'slippery middle': f = 0.001 on a fifth of it",
-    "nodes": "node pairs of the contact",
     "corners": "corners of the load cycle",
     "computation": "shakedown limit, or safe slip below it",
     "seconds_all": "processor time of one call with simplify=False, one thread, median of the repetitions that 2 s allow, at least one",
     "seconds": "the same with simplify=True",
     "saved": "ratio of the two",
     "difference": "relative difference of the load factor or of the margin",
-    "residual": "larger residual of the two",
     "left_out": "what was left out",
 }
 SAVED = Table("left_out", "one computation on one scene", _SAVED, full=FULL, quick=QUICK, compute=saved)

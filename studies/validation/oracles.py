@@ -23,7 +23,7 @@ def units(system: fo.ContactSystem, cycle: fo.LoadCycle) -> tuple[float, float]:
     """Force scale and slip scale of a contact."""
     q, p = system.reaction(cycle.mean)
     force = float(np.abs(p).mean()) or float(np.abs(q).mean()) or 1.0
-    return force, force / (float(np.trace(system.S)) / (2 * system.nodes) or 1.0)
+    return force, force / system.stiffness_scale
 
 
 def redescribed(

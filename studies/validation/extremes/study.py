@@ -76,15 +76,12 @@ def short(table: pd.DataFrame) -> str:
 _COLUMNS = {
     "extreme": "the extreme quantity",
     "value": "its value",
-    "question": "the question",
     "verdict": "'right': agrees with the reference; 'mesh': agrees within the error of the mesh, which is shown; 'unchecked': no reference; "
     "'refused': an error of frictopt, with its message; 'wrong': must not occur",
     "number": "the answer: a load factor, work of friction per cycle (force times length), 1 or 0 for yes or no, a force over the mean one",
-    "residual": "residual of the answer",
     "solver": "solver of the answer",
     "error": "relative difference from the reference",
     "reference": "source of the reference",
-    "seconds": "time of the answer, one thread",
     "message": "message of the error",
 }
 

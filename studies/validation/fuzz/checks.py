@@ -13,10 +13,9 @@ from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement
 from .. import oracles
 from ..open_patterns import largest_with_open
 from .cases import Case
-from .designs import best_design
 from .guaranteed import followed, guaranteed, guaranteed_transformed
 from .known import Known, NotAsked, Wrong, same, transformed
-from .ranges import found_range, least_slip, limit_after_protocol
+from .searches import best_design, found_range, least_slip, limit_after_protocol
 from .separated import separated
 
 _STEPS = (7, 30, 131, 1009)  # increments from corner to corner; without common divisors, so that not all of them miss the same event

@@ -11,6 +11,7 @@ from frictopt.transients.increments import ExactIncrement
 
 from .cases import random_case
 from .known import Asked, NotAsked, Wrong, same
+from .searches import EVERY
 
 T = TypeVar("T")
 Answered = tuple[float, bool]  # residual, and whether it was compared
@@ -19,8 +20,6 @@ _SAME = 1e-7
 _FRICTION_PROVEN = 2e-5  # both sides of its proof are this close
 _APART = 0.01  # of the two polygons of a region
 _EVERY = 8  # cases that are asked for a steady state
-FRICTION_EVERY = 4
-"""Cases that are asked for the required friction, which takes tens of safe slips."""
 _FRICTION = 0.5  # at most, for increments: with more, several states may obey the law
 
 
@@ -90,7 +89,7 @@ def safe_slip(subject: Embedded) -> Answered:
 
 def required_friction(subject: Embedded) -> Answered:
     """The least friction that is enough at the load factor of the case."""
-    if subject.case.seed % FRICTION_EVERY:
+    if subject.case.seed % EVERY:
         raise NotAsked
     return alike(subject, "required_friction", ("required",), subject.case.cycle, subject.load_factor, relative=_FRICTION_PROVEN, absolute=0.0)
 
@@ -98,7 +97,7 @@ def required_friction(subject: Embedded) -> Answered:
 def safe_region(subject: Embedded) -> Answered:
     """The polygon of the plane lies between both polygons."""
     case = subject.case
-    if case.seed % FRICTION_EVERY:
+    if case.seed % EVERY:
         raise NotAsked
     asked = {"mean": 1.0}, ["a", "b"], case.friction
     plane = in_plane(fo.safe_region, case.system, *asked)

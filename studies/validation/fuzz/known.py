@@ -1,6 +1,6 @@
 """What the questions to a random case share: the case with its limits, and how two numbers are compared."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import Any
 
@@ -21,12 +21,14 @@ class NotAsked(Exception):
 
 
 class Asked:
-    """A case, and the limit that frictopt finds."""
+    """A case, its units, and the limit that frictopt finds."""
 
     none = 1e-6  # limits up to this count as none to be below of
+    options: Mapping[str, Any] = {}  # of transients
 
     def __init__(self, case: Case) -> None:
         self.case = case
+        self.force, self.length = oracles.units(case.system, case.cycle)
 
     @property
     def args(self) -> tuple[Any, Any, Any]:
@@ -59,7 +61,6 @@ class Known(Asked):
 
     def __init__(self, case: Case) -> None:
         super().__init__(case)
-        self.force, self.length = oracles.units(case.system, case.cycle)
         self.limit = oracles.largest_load_factor(case.system, case.cycle, case.friction)
 
     @property

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -13,21 +13,22 @@ from ..polygons import least_critical, polygon_limit
 from . import embedded
 from .cases import Case
 from .checks import Finding, asked
-from .designs import judged_design
-from .embedded import FRICTION_EVERY, Embedded
+from .embedded import Embedded
 from .known import Asked, NotAsked, Wrong, same
+from .searches import EVERY, best_design, found_range, least_slip, limit_after_protocol
 
 _NEAR = 1e-6  # relative distance from the limit within which it is not asked whether a safe slip exists
 _SAME = 1e-7
 _CRITICAL, _ZERO = 1e-4, 1e-3  # accuracy of critical states by polygons, and guaranteed limits over the shakedown limit that are about 0
 _ROUNDING = 1e-14  # of a slip, over the slips before and after
-_FEW, _EVERY = 3, 16  # nodes at most, and cases, that are asked for what follows many transients
+_FEW = 3  # nodes at most, of which every one is made critical
 
 
 class _Subject(Asked):
     """A random coupled contact with its load cycle, friction and slip."""
 
     none = 0.0
+    options: ClassVar = {"steps": 2}
 
     def __init__(self, seed: int) -> None:
         rng = np.random.default_rng(seed)
@@ -159,7 +160,7 @@ def _turned(subject: _Subject) -> tuple[float, bool]:
 def _required(subject: _Subject) -> tuple[float, bool]:
     """Slips are safe with a little more by the cones of this study, and none is with a little less."""
     system, cycle, factor = subject.case.system, subject.case.cycle, subject.load_factor
-    if subject.case.seed % FRICTION_EVERY:
+    if subject.case.seed % EVERY:
         raise NotAsked
     found = fo.required_friction(system, cycle, factor)
     if not 0 < found.required < np.inf or found.open.any():
@@ -174,59 +175,6 @@ def _required(subject: _Subject) -> tuple[float, bool]:
     return found.residual, True
 
 
-def _design(subject: _Subject) -> tuple[float, bool]:
-    """Preload and profile within bounds, built in and against other ones."""
-    if subject.case.seed % FRICTION_EVERY:
-        raise NotAsked
-    return judged_design(*subject.args, 1 / subject.case.system.stiffness_scale, subject.case.seed), True
-
-
-def _least_slip(subject: _Subject) -> tuple[float, bool]:
-    """No cycle slips less; with open nodes this is said of cycles in which they carry nothing."""
-    if not subject.finite or subject.answered_limit.open.any():
-        raise NotAsked
-    least = subject.answered_limit.least_slip((1 + subject.case.share) * subject.answered_limit.load_factor)
-    corners = len(subject.case.cycle.corners)
-    path = fo.march(*subject.args, least.load_factor, initial_slip=subject.case.start, cycles=2, steps=2)
-    slip, gap = (values[-2 * corners + 1 :: 2] for values in (path.slip, path.gap))
-    size = abs(least.bound) + least.load_factor + float(np.abs(least.g * slip).sum() + np.abs(least.h * gap).sum())
-    if least.of(slip, gap) < least.bound - _SAME * size:
-        raise Wrong(f"a cycle slips {least.of(slip, gap):.9g}, less than the bound {least.bound:.9g}")
-    return max(least.residual, path.residual), True
-
-
-def _range(subject: _Subject) -> tuple[float, bool]:
-    """Both ends are dissipated from their starts, and those of no slip and of the subject's own slip lie between."""
-    if subject.case.system.nodes > _FEW or subject.case.seed % _EVERY or not subject.finite:
-        raise NotAsked
-    asked = *subject.args, subject.load_factor
-    span = fo.dissipation_range(*asked, steps=2)
-    for name, work, start in (("least", span.least, span.least_start), ("most", span.most, span.worst_start)):
-        same(f"{name} work", fo.steady_state(*asked, initial_slip=start, steps=2).dissipation, work, 1e-6, 1e-9 * span.most)
-    none = fo.steady_state(*asked, steps=2).dissipation
-    if not span.least * (1 - 1e-6) <= none <= span.most * (1 + 1e-6):
-        raise Wrong(f"no slip leads to the work {none:.9g}, outside {span.least:.9g} to {span.most:.9g}")
-    return span.residual, True
-
-
-def _protocol(subject: _Subject) -> tuple[float, bool]:
-    """From the subject's own slip it rests at the limit, and not above, as steady states say."""
-    if subject.case.system.nodes > _FEW or subject.case.seed % (_EVERY // 2) or not subject.finite:
-        raise NotAsked
-    asked = subject.args
-    one = fo.limit_after_protocol(*asked, start=subject.case.start, scan=4, tolerance=0.05, steps=2)
-    for factor, rests in ((one.load_factor, True), (one.upper, False)):
-        if not 0 < factor < np.inf:
-            continue
-        try:
-            state = fo.steady_state(*asked, factor, initial_slip=subject.case.start, steps=2)
-        except (fo.NoContinuation, fo.SolverError):
-            continue
-        if rests != (state.outcome is fo.Outcome.SHAKEDOWN):
-            raise Wrong(f"{state.outcome.name} at {factor:.9g}, between {one.load_factor:.9g} and {one.upper:.9g}")
-    return one.residual, True
-
-
 _SPACE: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
     "limit, 3-D": _limit,
     "least safe load, 3-D": _least,
@@ -234,10 +182,10 @@ _SPACE: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
     "safe slip, 3-D": _safe_slip,
     "turned and renumbered, 3-D": _turned,
     "required friction, 3-D": _required,
-    "best design, 3-D": _design,
-    "least slip, 3-D": _least_slip,
-    "found range, 3-D": _range,
-    "practical limit, 3-D": _protocol,
+    "best design, 3-D": best_design,
+    "least slip, 3-D": least_slip,
+    "found range, 3-D": found_range,
+    "practical limit, 3-D": limit_after_protocol,
     "increment, 3-D": partial(_increment, engine=NewtonIncrement),
     "increment by cones, 3-D": partial(_increment, engine=FrozenBoundIncrement),
     "steady state above the limit, 3-D": _steady,

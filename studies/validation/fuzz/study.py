@@ -81,7 +81,8 @@ def counts(parameters: Parameters) -> pd.DataFrame:
     table[results] = by["result"].value_counts().unstack().reindex(columns=results)
     table = table.reindex([check for part in parameters.parts for check in PARTS[part]]).fillna(0.0)
     whole = table.drop(columns=["residual", "seconds"]).astype(int)
-    return table.assign(**whole).rename(columns={"answer": "answers"}).rename_axis("question").reset_index()
+    table = table.assign(**whole).rename(columns={"answer": "answers"}).rename_axis("question").reset_index()
+    return table[["question", *_COUNTS, "residual", "seconds"]]
 
 
 def refusals(parameters: Parameters) -> pd.DataFrame:
@@ -106,7 +107,6 @@ def short(table: pd.DataFrame) -> str:
 
 
 _COUNTS = {
-    "question": "the question",
     "cases": "number of cases",
     "answers": "number of answers that are not wrong",
     "compared": "number of answers that were compared with an independent one",
@@ -114,16 +114,13 @@ _COUNTS = {
     "NoContinuation": "cases whose path ends or is not unique",
     "SolverError": "cases without an answer that passes the checks",
     "wrong": "answers that an independent one contradicts, and errors of other packages: must be 0",
-    "residual": "largest residual of an answer",
     "seconds": "time, including the independent answers",
 }
 _REFUSALS = {
-    "question": "the question",
     "result": "kind of error, or 'wrong'",
     "message": "its message without numbers",
     "cases": "number of cases",
     "seed": "the first case",
-    "residual": "0",
 }
 COUNTS = Table("fuzz_counts", "one question, all cases", _COUNTS, full=FULL, quick=QUICK, compute=counts)
 REFUSALS = Table("fuzz_refusals", "one message of an error", _REFUSALS, full=FULL, quick=QUICK, compute=refusals)

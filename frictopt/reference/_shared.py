@@ -1,9 +1,12 @@
-"""Input checks of the closed forms: each returns the checked value or raises a `ModelError` with argument, value and remedy."""
+"""What the closed forms share: checks, each of which returns the value or raises a `ModelError` with argument, value and remedy; and arithmetic."""
+
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact.checks import Array, finite_array, finite_number
+from ..contact.tolerances import ROUNDING
 from ..errors import ModelError
 
 
@@ -24,3 +27,24 @@ def poisson_ratio(name: str, value: float) -> float:
     if (nu := finite_number(name, value, above=-1.0)) > 0.5:
         raise ModelError(f"{name}: {nu:g}; give Poisson's ratio of at most 0.5")
     return nu
+
+
+def least_ratio(strength: Array, demand: Array, terms: Array) -> float:
+    """Largest `lam >= 0` with `lam * demand <= strength` everywhere, `demand >= 0`; inf if every load factor will do, nan if none.
+
+    `terms` is the size of the terms that cancel in `strength`: it tells a strength of zero from a negative one.
+    """
+    if (strength < -ROUNDING * terms).any():
+        return float("nan")
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        ratio = np.where(demand > 0, np.maximum(strength, 0.0) / demand, np.inf)
+    return float(ratio.min())
+
+
+def bisection(function: Callable[[float], float], low: float, high: float) -> float:
+    """Root of a function that is positive at `low` and negative at `high`, to the last digit."""
+    while True:
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            return middle
+        low, high = (middle, high) if function(middle) > 0 else (low, middle)
