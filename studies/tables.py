@@ -159,7 +159,7 @@ class Table(Generic[P]):
             found = pd.concat(rows) if isinstance(rows[0], pd.DataFrame) else pd.DataFrame(rows)
         if missing := set(self.columns) - set(found.columns):
             raise ValueError(f"table {self.name}: computed columns {list(found.columns)} lack the described ones {sorted(missing)}")
-        return found.reset_index(drop=True)[[name for name in found.columns if name in COLUMNS | self.columns]]
+        return found.reset_index(drop=True)[[name for name in found.columns if name in self._meanings]]
 
     def make(self, parameters: P, folder: Path, **options: Any) -> pd.DataFrame:
         """Compute the table and write it."""
@@ -182,8 +182,12 @@ class Table(Generic[P]):
         table = self.stored(parameters, folder)
         return self.make(parameters, folder) if table is None else table
 
+    @property
+    def _meanings(self) -> dict[str, str]:
+        return {**COLUMNS, **self.columns}
+
     def _origin(self, parameters: P, table: pd.DataFrame) -> dict[str, Any]:
-        columns = {name: (COLUMNS | self.columns).get(name) for name in table.columns}
+        columns = {name: self._meanings.get(name) for name in table.columns}
         versions = {"frictopt": f"{fo.__version__}+{source_digest(self.compute.__module__)}"} | {name: version(name) for name in _LIBRARIES}
         origin = {"table": self.name, "about": self.about, "columns": columns, "parameters": asdict(parameters), "versions": versions}
         return dict(json.loads(json.dumps(origin)))  # as it is read back: tuples become lists

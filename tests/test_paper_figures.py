@@ -13,7 +13,7 @@ from paper_figures import style
 from paper_figures.__main__ import FIGURES, main, make
 from paper_figures.prepare import prepare
 from studies import dissipation, guaranteed, limits
-from studies.validation.error_vs_time import ERROR
+from studies.validation.error_vs_time.study import ERROR
 
 pytestmark = pytest.mark.slow
 

@@ -8,21 +8,20 @@ import pytest
 from studies import clock
 from studies.clock import timed
 from studies.origin import machine
-from studies.validation import error_vs_time
 from studies.validation.error_vs_time.methods import Method, Question, measured, not_dominated
 from studies.validation.error_vs_time.report import fronts
+from studies.validation.error_vs_time.study import QUICK, STUDY
 
 pytestmark = pytest.mark.slow
 
-QUICK = error_vs_time.QUICK
 QUESTION = ["computation", "quantity", "scene"]
 
 
 @pytest.fixture(scope="module")
 def made(quick):
     """The tables, and what the command prints."""
-    tables = quick([*error_vs_time.STUDY.tables, *error_vs_time.STUDY.needs])
-    return tables["error_vs_time"], error_vs_time.STUDY.summary(tables)
+    tables = quick([*STUDY.tables, *STUDY.needs])
+    return tables["error_vs_time"], STUDY.summary(tables)
 
 
 @pytest.fixture(scope="module")

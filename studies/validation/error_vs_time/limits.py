@@ -1,21 +1,22 @@
-"""Onset, shakedown limit and safe slip: the package with and without a compiled model, and direct calls of solvers on the same matrices."""
+"""Onset, limits and safe slip: the package with and without a compiled model, and direct calls of solvers on the same matrices."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csc_matrix
 
 import frictopt as fo
 from frictopt.solve import LP_SOLVERS
 
 from ...paper import LOADS
-from .bare_lp import SIMPLEX, LinearProgram, highs, highs_vertex, methods
-from .exact import fractions, largest, safe_rows
+from .bare_lp import SIMPLEX, LinearProgram, highs, highs_cost, highs_vertex, methods
+from .exact import exact_guaranteed_limit, fractions, largest, safe_rows
 from .methods import Method, Question, relative
-from .parameters import Parameters
-from .scenes import Scene
+from .parameters import Parameters, Scene
 
 Array = np.ndarray[Any, Any]
 
@@ -23,10 +24,11 @@ _DIRECTION = {"sigma": -1.0}
 
 
 def questions(parameters: Parameters, scene: Scene) -> Iterator[Question]:
-    """The three questions on one mesh."""
+    """The four questions on one mesh."""
     yield _onset(parameters, scene)
     yield _limit(parameters, scene)
     yield _safe_slip(parameters, scene)
+    yield _guaranteed(parameters, scene)
 
 
 def exact_onset(system: fo.ContactSystem, friction: float) -> float:
@@ -91,3 +93,73 @@ def _safe_slip(parameters: Parameters, scene: Scene) -> Question:
     unit = found.margin / problem.value
     bare = methods(LinearProgram.of(problem), parameters.tolerances, relative(exact, lambda cost: -cost * unit))
     return Question("safe slip", "margin", scene.name, system.nodes, [*ours, *bare])
+
+
+OPTIONS: dict[str, dict[str, Any]] = {"defaults": {}, "no presolve": {"presolve": "off"}}
+"""Settings of HiGHS, by name."""
+
+
+@dataclass(frozen=True, eq=False)
+class NodePrograms:
+    """For each node that two corners rule, the least load factor at which a safe slip holds it on both its bounds.
+
+    Attributes
+    ----------
+    programs
+        Node -> its linear program; the load factor is the last unknown, after the slips, which add up to zero.
+    load_unit
+        Unit of the load factor.
+    """
+
+    programs: dict[int, LinearProgram]
+    load_unit: float
+
+    @classmethod
+    def of(cls, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> "NodePrograms":
+        """The programs of a contact."""
+        n, (slips, mean, cyclic) = system.nodes, (rows.astype(float) for rows in safe_rows(system, cycle, friction)[:3])
+        load_unit = np.abs(mean).max() / np.abs(cyclic).max()
+        matrix = csc_matrix(np.column_stack([-slips / np.abs(slips).max(), cyclic / np.abs(cyclic).max()]))
+        right = -mean / np.abs(mean).max()
+        cost = np.eye(n)[-1]
+        lower = np.where(cost > 0, 0.0, -np.inf)
+        programs = {}
+        q, p = cycle.corner_reactions(system)
+        for node in np.flatnonzero((q + friction * p).argmin(axis=0) != (friction * p - q).argmin(axis=0)).tolist():
+            floor = np.full(len(right), -np.inf)
+            floor[[node, n + node]] = right[[node, n + node]]
+            programs[node] = LinearProgram(cost, matrix, right, lower, floor)
+        return cls(programs, load_unit)
+
+    def least(self, options: dict[str, Any]) -> tuple[float, int, Any]:
+        """The least load factor over the nodes, its node, and HiGHS with the answer; programs without an optimum are skipped."""
+        found: tuple[float, int, Any] = np.inf, -1, None
+        for node, program in self.programs.items():
+            try:
+                solver = highs(program, options)
+            except ArithmeticError:
+                continue
+            if highs_cost(solver) < found[0]:
+                found = highs_cost(solver), node, solver
+        return found[0] * self.load_unit, found[1], found[2]
+
+
+def exact_least(system: fo.ContactSystem, friction: float) -> float:
+    """The upper bound under bulk stress in rational arithmetic, at the node that HiGHS finds."""
+    _, node, solver = NodePrograms.of(system, LOADS, friction).least({})
+    return exact_guaranteed_limit(system, LOADS, friction, node, highs_vertex(solver))
+
+
+def _guaranteed(parameters: Parameters, scene: Scene) -> Question:
+    """The upper bound on one mesh; HiGHS decides that no other node has a smaller load factor."""
+    system, friction = scene.system, parameters.guaranteed_friction
+    bare, model = NodePrograms.of(system, LOADS, friction), fo.GuaranteedModel(system, LOADS)
+    exact = exact_least(system, friction)
+
+    runs = {"first time": partial(fo.guaranteed_limit, system, LOADS, friction), "compiled": partial(model.solve, friction)}
+    methods = [Method(f"frictopt, {name}", "solver", "HIGHS", run, relative(exact, lambda limit: limit.load_factor)) for name, run in runs.items()]
+    for name, options in OPTIONS.items():
+        run, error = partial(bare.least, options), relative(exact, lambda found: found[0])
+        methods.append(Method("HiGHS, a program for each node", "options", name, run, error, rival="highspy"))
+    # reference: vertex of the program of its node in rational arithmetic, refined to 40 digits and proven optimal
+    return Question("lambda_1", "upper bound", scene.name, system.nodes, methods)

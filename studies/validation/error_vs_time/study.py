@@ -1,4 +1,10 @@
-"""The tables of the study."""
+"""Error against run time of every computation, for several settings of its accuracy, compared with other packages in the same run.
+
+Run with `python -m studies error_vs_time [--quick]`; it writes its tables and prints them in short form. Errors are measured against references
+that are independent of the package: closed forms, linear programs and increments in rational arithmetic, elimination in extended precision, and for
+the mesh the singular exponents of the corner. Its times depend on the machine. To add a computation: a function that yields its `Question`, called
+by `study.questions`.
+"""
 
 from collections.abc import Iterator
 from importlib.metadata import version
@@ -7,12 +13,13 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
+from ...limits import CORNER
 from ...origin import machine
-from ...tables import Table
-from . import condensation, guaranteed, increments, limits, space, space_answers, transients
+from ...tables import Study, Table
+from . import condensation, limits, space, transients
 from .methods import RIVALS, Question, absent, measured
-from .parameters import FULL, QUICK, Parameters
-from .scenes import punch
+from .parameters import FULL, QUICK, Parameters, punch
+from .report import report
 
 
 def questions(parameters: Parameters) -> Iterator[Question]:
@@ -21,14 +28,11 @@ def questions(parameters: Parameters) -> Iterator[Question]:
     for elements in parameters.elements:
         scene = punch(parameters, elements)
         yield from limits.questions(parameters, scene)
-        yield from guaranteed.questions(parameters, scene)
-        yield from increments.questions(parameters, scene, elements)
         yield from transients.questions(parameters, scene, elements)
         yield from space.questions(parameters, scene, elements)
-        yield from space_answers.questions(parameters, scene, elements)
     yield from transients.cylinders(parameters)
     yield space.spheres(parameters)
-    yield space_answers.amplitudes(parameters)
+    yield space.amplitudes(parameters)
 
 
 def error_against_time(parameters: Parameters) -> pd.DataFrame:
@@ -65,3 +69,4 @@ _ERROR = {
     "ahead": "a rival on the front: frictopt has no answer as fast and as accurate",
 }
 ERROR = Table("error_vs_time", "one method with one setting for one question", _ERROR, full=FULL, quick=QUICK, compute=error_against_time, alone=True)
+STUDY = Study("studies.validation.error_vs_time", __doc__, "coarse meshes and few settings, in seconds", (ERROR,), report, needs=(CORNER,))

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -24,11 +24,20 @@ class Asked:
     """A case, its units, and the limit that frictopt finds."""
 
     none = 1e-6  # limits up to this count as none to be below of
-    options: Mapping[str, Any] = {}  # of transients
+    options: ClassVar[Mapping[str, Any]] = {}  # of transients
 
     def __init__(self, case: Case) -> None:
         self.case = case
-        self.force, self.length = oracles.units(case.system, case.cycle)
+
+    @cached_property
+    def force(self) -> float:
+        """Force scale of the case."""
+        return oracles.units(self.case.system, self.case.cycle)[0]
+
+    @cached_property
+    def length(self) -> float:
+        """Slip scale of the case."""
+        return self.force / self.case.system.stiffness_scale
 
     @property
     def args(self) -> tuple[Any, Any, Any]:

@@ -28,7 +28,7 @@ class _Subject(Asked):
     """A random coupled contact with its load cycle, friction and slip."""
 
     none = 0.0
-    options: ClassVar = {"steps": 2}
+    options: ClassVar[Mapping[str, Any]] = {"steps": 2}
 
     def __init__(self, seed: int) -> None:
         rng = np.random.default_rng(seed)
