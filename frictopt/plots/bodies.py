@@ -16,8 +16,7 @@ from ..fem.model import ContactModel
 from ..fem.ordering import Integers
 from ..fem.recovery import BodyFields, von_mises
 from ..scenes.scene import Scene
-from .draw import picture
-from .style import BLACK, GREY, legend, new_axes, series
+from .style import BLACK, GREY, legend, new_axes, picture, series
 
 AnyAxes: TypeAlias = Any  # of matplotlib, in the plane or in space
 Mesh: TypeAlias = Any  # of scikit-fem

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from contextlib import nullcontext
-from functools import singledispatch
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,12 +15,6 @@ if TYPE_CHECKING:  # matplotlib need not be installed
     from .style import AxesArray
 
 _NEEDED = ("friction", "friction_std", "friction_number", "load_factor", "load_ratio", "family", "outcome", "dissipation")
-
-
-@singledispatch
-def picture(result: object, ax: "Axes | AxesArray | None" = None) -> "Axes | AxesArray":
-    """Draw one kind of result in the given axes, or in those of a new figure, and return the axes; each kind registers its own."""
-    raise NotImplementedError(f"a {type(result).__name__} has no picture")
 
 
 def draw(result: object, ax: "Axes | AxesArray | None" = None, kind: str = "", **options: object) -> "Axes | AxesArray":
@@ -41,7 +34,7 @@ def draw(result: object, ax: "Axes | AxesArray | None" = None, kind: str = "", *
     except ImportError as error:
         raise ImportError("plots need matplotlib: python -m pip install 'frictopt[figures]'") from error
     from . import bodies, given, histories, limits, spatial, status, transients  # noqa: F401  each registers its pictures
-    from .style import name_units, screen
+    from .style import name_units, picture, screen
 
     with nullcontext() if ax is not None else screen():
         others: dict[str, Callable[..., Axes | AxesArray]]

@@ -11,8 +11,7 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
 from .along import label_panels, lines
 from .bodies import spread
-from .draw import picture
-from .style import BLACK, AxesArray, legend, line, new_axes, series
+from .style import BLACK, AxesArray, legend, line, new_axes, picture, series
 
 _LENGTH = 0.1  # of a normal, over the size of the contact
 _MOST_NORMALS = 60

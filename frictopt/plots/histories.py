@@ -13,9 +13,8 @@ from ..histories.protocols import REST, SLIP, UNDECIDED, LimitAfterProtocol
 from ..histories.wear_history import WearHistory
 from ..histories.worn_in import WornIn
 from .along import label_contacts, label_panels, lines
-from .draw import picture
 from .spatial import face_map
-from .style import BLACK, FACE, GREY, SERIES, AxesArray, equals, legend, line, new_axes, no_lines, one_axes, series
+from .style import BLACK, FACE, GREY, SERIES, AxesArray, equals, legend, line, new_axes, no_lines, one_axes, picture, series
 
 _STRIP = (6.4, 2.4)  # size of a picture with a row for each outcome, inches
 _ROWS = {REST: "comes to rest", SLIP: "keeps slipping", UNDECIDED: "undecided"}

@@ -14,9 +14,8 @@ from ..contact.coulomb import lengths
 from ..contact.tolerances import RESIDUAL
 from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, SeparatedLimit, ShakedownLimit
 from .along import circle, friction_ratio, label_contacts, lines, lines_or_band, looks, node_at, open_nodes
-from .draw import picture
 from .spatial import face_map, ratio_map
-from .style import ALONG, BLACK, GREY, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, one_axes, series
+from .style import ALONG, BLACK, GREY, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, one_axes, picture, series
 
 Circles: TypeAlias = dict[int, tuple[Any, Any, Any]]
 Limit: TypeAlias = ShakedownLimit | RequiredFriction | GuaranteedLimit | SeparatedLimit

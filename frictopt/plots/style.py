@@ -1,6 +1,7 @@
 """The look of all pictures."""
 
 from contextlib import AbstractContextManager
+from functools import singledispatch
 from pathlib import Path
 from textwrap import fill
 from typing import Any, TypeAlias
@@ -40,6 +41,12 @@ RC: Look = dict(rc_params_from_file(Path(__file__).with_name("page.mplstyle"), u
 """The look on a journal page; in pictures of your own `plt.style.use("frictopt.plots.page")`."""
 
 _SCALE = 1.3  # letters and lines of a picture on a screen, over those on a journal page
+
+
+@singledispatch
+def picture(result: object, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
+    """Draw one kind of result in the given axes, or in those of a new figure, and return the axes; each kind registers its own."""
+    raise NotImplementedError(f"a {type(result).__name__} has no picture")
 
 
 def screen() -> AbstractContextManager[None]:

@@ -11,9 +11,8 @@ from ..fem.ordering import Integers
 from ..histories.dissipation_range import DissipationRange
 from ..transients import LoadLoop, SteadyState, Trajectory
 from .along import label_panels, lines, lines_or_band, node_at
-from .draw import picture
 from .spatial import steady_map
-from .style import BLACK, GREY, AxesArray, Look, legend, line, new_axes, series
+from .style import BLACK, GREY, AxesArray, Look, legend, line, new_axes, picture, series
 
 _DOTS: Look = {"marker": ".", "markersize": 3}
 _LOOKS: dict[str, Look] = {"q": {"band": series(0)["color"]}, "p": {"band": series(1)["color"], "lw": 0.5, "alpha": 0.8}}
