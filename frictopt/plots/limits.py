@@ -6,7 +6,6 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, Onset
 from ..contact.checks import Array
@@ -165,15 +164,10 @@ def _at_corners(limit: Limit, ax: Axes | None, title: str, friction: Array, *, s
     if not shown:
         return no_lines(axes, limit.reason)
     system, (q, p), names = limit.system, limit.reactions, limit.cycle.corner_names
-    if system.tangents == 2:
-        circled: ArrayLike = ()
-        why = ""
-        if isinstance(limit, ShakedownLimit | RequiredFriction):
-            circled, why = np.unique(limit.mechanism["node"]), "limiting node"
-        elif isinstance(limit, GuaranteedLimit) and limit.node is not None:
-            circled, why = [limit.node], "critical node"
-        return ratio_map(axes, system, q[0], p[0], friction, names[0], limit.slip, limit.open, circled, why)
     circles, label = _circles(limit)
+    if system.tangents == 2:
+        circled = np.unique(np.concatenate([np.ravel(nodes) for nodes, _, _ in circles.values()])) if circles else ()
+        return ratio_map(axes, system, q[0], p[0], friction, names[0], limit.slip, limit.open, circled, label.partition(";")[0])
     _ratios(axes, system, friction, q, p, names, circles, label)
     open_nodes(axes, system, limit.open)
     legend(axes)
@@ -184,11 +178,11 @@ def _circles(limit: Limit) -> tuple[Circles, str]:
     """Nodes that limit the load, with their senses of slip and the areas of their circles, by corner; and what the circles are."""
     if isinstance(limit, ShakedownLimit | RequiredFriction):
         rows = limit.mechanism.groupby("corner")
-        return {corner: (row["node"], row["direction"], _AREA * row["share"]) for corner, row in rows}, "limiting node; area: share"
+        return {corner: (row["node"], row.get("direction"), _AREA * row["share"]) for corner, row in rows}, "limiting node; area: share"
     if isinstance(limit, SeparatedLimit) or limit.corners is None:
         return {}, ""
     both = zip(limit.corners, (1, -1), strict=False)
-    return {corner: (limit.node, sense, _ONE_NODE) for corner, sense in both}, f"node {limit.node}, on both bounds"
+    return {corner: (limit.node, sense, _ONE_NODE) for corner, sense in both}, "critical node"
 
 
 def _ratios(
