@@ -2,10 +2,10 @@
 
 import cvxpy as cp
 import numpy as np
-from scipy.optimize import linprog
+from scipy.optimize import nnls
 
 from ..contact import LoadCycle
-from ..contact.checks import Array
+from ..contact.checks import Array, Booleans
 from ..contact.coulomb import lengths
 from ..contact.onset import reach
 from ..contact.tolerances import NO_COUPLING, ROUNDING
@@ -25,24 +25,19 @@ class Circles(SafeSet):
     circle. Friction and loads are constants of the rows.
     """
 
-    def ask(self, task: LimitQuestion, load_factor: float | None = None) -> None:
-        """See `SafeSet.ask`."""
-        super().ask(task, load_factor)
-        corners = len(task.q1)
-        self._kept = _outer_corners(task.cycle) if task.simplify else list(range(corners))
-        idle = corners - len(self._kept)
-        self.idle = f"corners: {idle} of {corners} are within the hull of the others" if idle else ""
-
     def stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None = None, spare: cp.Parameter | float = 0.0) -> Rows:
         """See `SafeSet.stuck`."""
         task, unit = self.task, self.unit
-        nodes, at = len(task.friction), unit[:, None]
+        nodes, corners, at = len(task.friction), len(task.q1), unit[:, None]
+        self._kept = _outer_corners(task.cycle) if task.simplify else list(range(corners))
+        idle = corners - len(self._kept)
+        self.idle = f"corners: {idle} of {corners} are within the hull of the others" if idle else ""
         lam = self._given if load_factor is None else task.load_unit * load_factor
         reserve = (0.0 if margin is None else task.mean_bound / unit * margin) - spare
         pressure = cp.Variable(nodes, name="pressure_change")  # one dense block of rows serves all corners
         shear = cp.reshape(self.shear, (nodes, 2), order="F")
         rows: dict[str, cp.Constraint] = {"pressures_of_slip": self.pressure == pressure}
-        points = np.zeros(task.p1.shape, dtype=bool) if margin is not None else bare(task, self.design is not None)
+        points = np.zeros(task.p1.shape, dtype=bool) if margin is not None else bare(task, self.design is not None)[0]
         self._pinned = _pinned(points, self._kept, task)
         q0, p0 = np.broadcast_to(task.q0, task.q1.shape), np.broadcast_to(task.p0, task.p1.shape)
         for k in self._kept:
@@ -80,10 +75,15 @@ class Circles(SafeSet):
         return max(0.0, carried(self.task, self.solved_slip, value, 1 if isinstance(self.problem.objective, cp.Maximize) else -1))
 
 
-def bare(task: LimitQuestion, designed: bool = False) -> np.ndarray:
-    """(K, N) where the friction bound of a node vanishes at a corner, whatever the slip, the load factor, and the design where there is one."""
-    p1 = np.abs(task.p1)
-    return np.asarray((task.friction == 0) | (_unpressed(task) & (p1 <= ROUNDING * p1.max(initial=0.0)) & (not designed)))
+def bare(task: LimitQuestion, designed: bool = False) -> tuple[Booleans, Booleans]:
+    """(K, N) where the friction bound of a node vanishes at a corner, whatever the slip, the load factor, and the design where there is one.
+
+    And (K, N), or (1, N) where nothing is fixed, whether neither the load at load factor 0, nor any slip or design, makes a pressure at the node.
+    """
+    tangent, normal = np.split(np.sqrt(task.stiffness), [-len(task.friction)])
+    alone = (np.abs(task.AB[len(tangent) :]) <= NO_COUPLING * np.outer(normal, tangent)).all(axis=1)
+    unpressed, p1 = alone & (np.abs(task.p0) <= ROUNDING * task.force) & (not designed), np.abs(task.p1)
+    return (task.friction == 0) | (unpressed & (p1 <= ROUNDING * p1.max(initial=0.0))), unpressed
 
 
 def helpless(task: LimitQuestion, designed: bool = False) -> tuple[Mechanism, str] | None:
@@ -91,12 +91,12 @@ def helpless(task: LimitQuestion, designed: bool = False) -> tuple[Mechanism, st
 
     A node without a bound slips to and fro between two corners whose shears differ; one that nothing presses is lifted by a corner that pulls.
     """
-    q1, p1, nodes, points = task.q1, task.p1, np.arange(len(task.friction)), bare(task, designed)
+    q1, p1, nodes, (points, unpressed) = task.q1, task.p1, np.arange(len(task.friction)), bare(task, designed)
     first = points.argmax(axis=0)
     apart = np.linalg.norm(q1 - q1[first, nodes], axis=-1) * points
     if task.fixed:  # whose shears differ at load factor 0 too may meet at another one
         apart = apart * (np.linalg.norm(task.q0 - task.q0[first, nodes], axis=-1) == 0)
-    pull = np.maximum(-p1, 0.0) * (_unpressed(task) & (not designed))
+    pull = np.maximum(-p1, 0.0) * unpressed
     moved = np.maximum(apart, pull)
     corner, node = np.unravel_index(int(moved.argmax()), moved.shape)
     if not moved[corner, node] > ROUNDING * max(float(np.abs(q1).max()), float(np.abs(p1).max())):
@@ -111,13 +111,6 @@ def helpless(task: LimitQuestion, designed: bool = False) -> tuple[Mechanism, st
     return Mechanism(slips, task.friction * lengths(slips, p1), task.friction), f"node {node} has no {lack}, and the cyclic load shears it"
 
 
-def _unpressed(task: LimitQuestion) -> np.ndarray:
-    """(K, N), or (1, N) where nothing is fixed, whether neither the load at load factor 0 nor any slip makes a pressure at the node."""
-    tangent, normal = np.split(np.sqrt(task.stiffness), [-len(task.friction)])
-    alone = (np.abs(task.AB[len(tangent) :]) <= NO_COUPLING * np.outer(normal, tangent)).all(axis=1)
-    return np.asarray(alone & (np.abs(task.p0) <= ROUNDING * task.force))
-
-
 def _pinned(points: np.ndarray, kept: list[int], task: LimitQuestion) -> np.ndarray:
     """(K, N) the first kept corner at which the circle of a node is a point, which keeps the shear at zero for all; and others of another shear."""
     rows, q0, q1, nodes = np.zeros_like(points), task.q0, task.q1, np.arange(points.shape[1])
@@ -130,36 +123,20 @@ def _pinned(points: np.ndarray, kept: list[int], task: LimitQuestion) -> np.ndar
 
 
 def _outer_corners(cycle: LoadCycle) -> list[int]:
-    """Corners that are not in the hull of the others."""
-    points = _amplitudes(cycle)
-    kept = list(range(len(points)))
-    for corner in range(len(points)):
+    """Corners that are no mean of the others, by the amplitudes of all load cases, also those that are fixed."""
+    columns = [
+        [load.get(case, 0.0) for load in loads]
+        for loads in (cycle.corners, *([] if cycle.fixed is None else [cycle.fixed]))
+        for case in sorted({case for load in loads for case in load})
+    ]
+    points = np.array([np.ones(len(cycle.corners)), *columns])
+    points /= np.where(points.any(axis=1), np.abs(points).max(axis=1), 1.0)[:, None]
+    kept = list(range(len(cycle.corners)))
+    for corner in range(len(cycle.corners)):
         others = [k for k in kept if k != corner]
-        if others and _inside(points[corner], points[others]):
+        if others and nnls(points[:, others], points[:, corner])[1] <= _INSIDE:
             kept = others
     return kept
-
-
-def _amplitudes(cycle: LoadCycle) -> Array:
-    """(K, cases) amplitudes of the load cases at the corners, also those that are fixed, each over its largest one."""
-    parts = []
-    for loads in (cycle.corners, *([] if cycle.fixed is None else [cycle.fixed])):
-        cases = sorted({case for load in loads for case in load})
-        parts.append(np.array([[load.get(case, 0.0) for case in cases] for load in loads]).reshape(len(loads), len(cases)))
-    points = np.hstack(parts)
-    largest = np.abs(points).max(axis=0, initial=0.0)
-    return points / np.where(largest > 0, largest, 1.0)
-
-
-def _inside(point: Array, others: Array) -> bool:
-    """Whether a point is a mean of others, which is checked on the weights that a linear program finds."""
-    if np.abs(others.mean(axis=0) - point).max(initial=0.0) <= _INSIDE:  # the plain mean, as of corners to and fro
-        return True
-    found = linprog(np.zeros(len(others)), A_eq=np.vstack([others.T, np.ones(len(others))]), b_eq=np.r_[point, 1.0])
-    if found.status != 0:
-        return False
-    weights = np.maximum(found.x, 0.0)
-    return bool(np.abs(weights @ others / weights.sum() - point).max(initial=0.0) <= _INSIDE)
 
 
 def carried(task: LimitQuestion, slip: Array, load_factor: float, sense: int) -> float:

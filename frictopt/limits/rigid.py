@@ -2,14 +2,12 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cholesky, lu_factor, lu_solve, qr
+from scipy.linalg import cholesky, eigh, qr
 from scipy.linalg.lapack import dpotri
 
 from ..contact.checks import Array
 from ..contact.tolerances import RIGID
 from .question import LimitQuestion
-
-_FIRST, _ITERATIONS = 8, 4  # of an inverse iteration: slips at first, twice as many where all are soft, and steps
 
 
 def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:
@@ -23,7 +21,7 @@ def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:
     scaled, pressure = task.AB[:n] / np.outer(tangent, tangent), task.AB[n:] / np.outer(normal, tangent)
     idle = ~(scaled.any(axis=0) | (np.abs(pressure).max(axis=0) > RIGID))
     scaled[idle, idle] = 1.0  # what nothing feels at all, such as slip across a mirror plane, is a slide by itself, so that the others stay exact
-    values, soft = _softest(scaled)
+    values, soft = eigh(scaled, subset_by_value=(-np.inf, RIGID), check_finite=False)
     held = (values > 0) & (np.abs(pressure @ soft).max(axis=0) > RIGID)
     share = np.where(held, 1 / np.where(held, values, 1.0), 0.0) - 1 / (1 + values)
     factor = cholesky((scaled + soft @ soft.T).T, lower=True, overwrite_a=True, check_finite=False)  # soft slips have the stiffness 1 + value
@@ -33,21 +31,6 @@ def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:
     rigid = np.hstack([np.linalg.qr(soft[:, ~held] / tangent[:, None])[0], np.eye(len(tangent))[:, idle]])
     compliance -= rigid @ (rigid.T @ compliance)
     return rigid, np.asarray(compliance - (compliance @ rigid) @ rigid.T)
-
-
-def _softest(stiffness: Array) -> tuple[Array, Array]:
-    """Eigenvalues up to RIGID and their eigenvectors, by inverse iteration of more slips than there are, which many small eigenvalues cannot slow."""
-    size, rng, count, stiffest = len(stiffness), np.random.default_rng(0), 0, 0.0
-    factor = lu_factor(stiffness + RIGID * np.eye(size))
-    while stiffest <= RIGID and count < size:
-        count = min(2 * count or _FIRST, size)
-        soft = rng.normal(size=(size, count))
-        for _ in range(_ITERATIONS):
-            soft = np.linalg.qr(lu_solve(factor, soft))[0]
-        values, turn = np.linalg.eigh(soft.T @ stiffness @ soft)
-        stiffest = values[-1]
-    few = values <= RIGID
-    return values[few], (soft @ turn)[:, few]
 
 
 def balanced(rigid: Array) -> tuple[NDArray[np.intp], Array]:

@@ -70,7 +70,7 @@ class SafeSet(ABC):
     units
         Units of the unknowns, and of an objective of the user's own.
     idle
-        What corners have no rows, in words; empty where all have.
+        What corners have no rows, in words; empty where all have. Known once the rows are listed.
     """
 
     problem: cp.Problem
