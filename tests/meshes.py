@@ -131,3 +131,19 @@ def column(**options):
     parts = parts.with_subdomains({"a": lambda x: x[2] > 0, "b": lambda x: x[2] < 0})
     bodies = fo.split_bodies(parts, {"a": fo.Material(nu=0.0), "b": fo.Material(nu=0.0)})
     return fo.ContactModel(**{"bodies": bodies, "supports": [fo.Support("b", "bottom")], "contacts": [fo.Contact("a", "b", "b", "a")]} | options)
+
+
+def matrices_of(model):
+    """What `condense` is given for a model whose faces match: each pair has the nodes of both bodies."""
+    parts, opening = model._parts, model._parts.interface.opening.tocsr()
+    others = [int(row.indices[row.data < 0][0]) for row in opening]
+    return {
+        "K": parts.stiffness,
+        "loads": {name: force for name, (force, _, _) in model._cases.items()},
+        "pairs": np.column_stack([parts.interface.nodes, others]),
+        "normals": parts.interface.frames[:, -1],
+        "unknowns": parts.free_rows,
+        "points": parts.points,
+        "held": parts.rows[parts.free_rows == -1],
+        "contact": [parts.names[number] for number in parts.contact],
+    }

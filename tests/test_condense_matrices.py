@@ -247,7 +247,7 @@ BAD = {
     "pairs: the nodes of pair 1, at (-0.332333, 0.001) and (-0.333333, 0), lie 0.00141421 apart": {"points": MOVED},
     "normals: they turn by 90 degrees or more from pair 1 at (-0.333333, 0) to pair 2": {"normals": UPRIGHT * [[1], [1], [-1], [1]]},
     "normals: zero at pair 2": {"normals": UPRIGHT * [[1], [1], [0], [1]]},
-    "normals: those of contact 'contact' point from body 1 into body 2, the first at (-1, 0)": {"pairs": PAIRS[:, ::-1]},
+    "normals: that of pair 0 at (-1, 0) does not point from body 2 into body 1": {"pairs": PAIRS[:, ::-1]},
     "projection: shape (2, 24), type float64; give a real matrix of shape (4, 24)": {"pairs": PAIRS[:, 0], "projection": np.ones((2, 24))},
     "projection: row 0 adds up to 24": {"pairs": PAIRS[:, 0], "projection": np.ones((4, 24))},
     f"of pair 0, of node {PAIRS[0, 0]} of body 1, follows from those of other pairs or from supports": {

@@ -9,6 +9,7 @@ from skfem import Basis, ElementVector, FacetBasis, LinearForm, MeshHex, MeshQua
 from skfem.models.elasticity import linear_elasticity
 
 import frictopt as fo
+from meshes import matrices_of
 from multipliers import Assembled, by_multipliers
 
 KINDS = [MeshQuad, MeshTri, MeshHex, MeshTet]
@@ -210,6 +211,10 @@ def test_a_held_block_in_a_notch_is_glued_as_one_body_whichever_body_is_the_firs
     for name, body in bodies.items():
         found = u[basis.nodal_dofs[:, nodes_at(whole, body.mesh.p)]]
         assert np.allclose(fields.displacement[name], found, rtol=0, atol=1e-10 * np.abs(u).max())
+    given = matrices_of(model)
+    assert fo.condense(**given).compliance[0, 0] == pytest.approx(F @ u, rel=1e-10)
+    with pytest.raises(fo.ModelError, match="does not point from body 2 into body 1"):
+        fo.condense(**{**given, "pairs": given["pairs"][:, ::-1]})
 
 
 def nodes_at(mesh, points):

@@ -73,8 +73,8 @@ def condense(
     points
         (nodes, d) coordinates, length; d = 2 in the plane, 3 in space.
     held
-        Rows of K whose displacements are zero. A pair both nodes of which are held along the same axes, on a plane of symmetry, does not slip along
-        them, and has its normal in that plane.
+        Rows of K whose displacements are zero. A pair both nodes of which are held along an axis, on a plane of symmetry, does not slip along it, and
+        has its normal in that plane.
     generalised
         Rows of K that are no displacement of a node: rotations, and modal and other generalised coordinates of a reduced model. They are free, and
         eliminated with the nodes; their loads count.
@@ -146,7 +146,7 @@ def condense(
         width = half_widths(x, names) if width is None else width
     interface, graph = Interface(nodes, opening, frames, stopped), node_graph(K, rows, others)
     check_forgotten(graph, interface, rows, where)
-    check_sides(graph, interface, where, names)
+    check_sides(K, rows, graph, interface, where)
     _, body = connected_components(graph, directed=False)
     S, bonded, L = condensed(K, F, interface, rows, where, graph, lambda node: f"node {node} of body {body[node]}", others)
     known: dict[str, Any] = {"gap": apart, "frames": frames, "contact": np.array(names), "width": width, "E_star": E_star, "units": units}

@@ -6,7 +6,8 @@ from functools import cached_property
 
 import numpy as np
 from scipy.linalg import qr
-from scipy.sparse import csr_matrix, diags, identity
+from scipy.sparse import csr_matrix, diags, hstack, identity, kron
+from scipy.sparse.csgraph import connected_components
 
 from ..contact.checks import Array, place
 from ..contact.course import runs
@@ -14,7 +15,8 @@ from ..contact.tolerances import CONDENSATION, SAME_POINT
 from ..errors import ModelError
 from .ordering import Integers
 
-_ASIDE = 1e3 * CONDENSATION  # share of its distance by which the neighbourhood of a node may lie on the wrong side: rounding of the coordinates
+_ASIDE = 1e3 * CONDENSATION  # share of its distance by which a node may be aside, and of its stiffness by which it may be pulled: rounding
+_ONE, _ALL = 8, 0.75  # nodes of one element, which are all joined; share of all nodes that are joined in models that are reduced
 _LIES = 0.5  # least share of a normal in a plane of symmetry: it may lean by half the angle of an edge beside it
 _ALONG = 0.9  # share of x in a normal from which on the first tangent is taken from y
 
@@ -103,6 +105,21 @@ class Interface:
         columns[free] = np.arange(np.count_nonzero(free))
         return columns
 
+    @cached_property
+    def _spread(self) -> csr_matrix:
+        """(all nodes, all nodes) matrix of the displacements of all nodes by those of nodes that do not follow."""
+        following, _, Q = self.followers
+        others = np.ones(Q.shape[1])
+        others[following] = 0.0
+        return csr_matrix(diags(others) + identity(len(others), format="csr")[:, following] @ Q)
+
+    @cached_property
+    def _turned(self) -> csr_matrix:
+        """(N d, d N) matrix of the relative motions in space, pair by pair, by those in the directions, direction by direction."""
+        n, d, _ = self.frames.shape
+        columns = np.arange(n)[:, None, None] + n * np.arange(d)  # in the order of pair, axis, direction
+        return csr_matrix((self.frames.swapaxes(1, 2).ravel(), np.broadcast_to(columns, (n, d, d)).ravel(), d * np.arange(n * d + 1)))
+
     def motion(self, unknowns: Integers, size: int) -> csr_matrix:
         """Matrix T of `u = T y`; y are the free displacements of nodes that do not follow, numbered by `eliminated`, then z, direction by direction.
 
@@ -113,40 +130,27 @@ class Interface:
         size
             Number of rows of the stiffness.
         """
-        columns = self.eliminated(unknowns)
-        others = int(columns.max(initial=-1)) + 1
-        own = columns >= 0
-        following, W, Q = self.followers
-        entries = [(unknowns[own], columns[own], np.ones(others))]
-        links, drives = Q.tocoo(), W.tocoo()
-        for axis in range(unknowns.shape[1]):
-            free = columns[links.col, axis] >= 0
-            entries.append((unknowns[following[links.row[free]], axis], columns[links.col[free], axis], links.data[free]))
-            for direction in range(unknowns.shape[1]):
-                moves = others + direction * len(following) + drives.col
-                entries.append((unknowns[following[drives.row], axis], moves, drives.data * self.frames[drives.col, direction, axis]))
-        row, column, value = (np.concatenate(parts) for parts in zip(*entries, strict=True))
-        moves = row >= 0
-        return csr_matrix((value[moves], (row[moves], column[moves])), shape=(size, others + self.kept))
+        following, W, _ = self.followers
+        each = identity(unknowns.shape[1])
+        drives = identity(len(unknowns), format="csr")[:, following] @ W
+        own = kron(self._spread, each, format="csr")[:, np.flatnonzero(self.eliminated(unknowns) >= 0)]
+        return csr_matrix(_rows(unknowns, size).T @ hstack([own, kron(drives, each) @ self._turned]))
 
     def relative(self, u: csr_matrix, unknowns: Integers) -> Array:
         """(d N, k) relative motions, direction by direction, of displacements u (size, k)."""
-        used = np.unique(self.opening.indices)
-        rows = unknowns[used]
-        moved = np.where(rows[..., None] >= 0, u[rows.ravel()].toarray().reshape(*rows.shape, -1), 0.0)
-        apart = (self.opening[:, used] @ moved.reshape(len(used), -1)).reshape(len(self.nodes), *moved.shape[1:])
-        return np.asarray(np.einsum("nra,nak->rnk", self.frames, apart).reshape(self.kept, -1))
+        apart = kron(self.opening, identity(unknowns.shape[1])) @ (_rows(unknowns, u.shape[0]) @ u)
+        return np.asarray((self._turned.T @ apart).toarray())
 
     def glued_graph(self, graph: csr_matrix) -> csr_matrix:
         """Adjacency of the nodes when some follow others, from that of the bodies."""
-        following, _, Q = self.followers
-        keeps = np.ones(graph.shape[0])
-        keeps[following] = 0.0
-        links = Q.tocoo()
-        own = np.flatnonzero(keeps)
-        rows, columns = np.r_[own, following[links.row]], np.r_[own, links.col]
-        image = csr_matrix((np.ones(len(rows)), (rows, columns)), shape=graph.shape)
-        return image.T @ graph @ image
+        image = self._spread != 0
+        return csr_matrix(image.T @ graph @ image)
+
+
+def _rows(unknowns: Integers, size: int) -> csr_matrix:
+    """(nodes d, size) matrix of the displacements of all nodes, node by node, by the rows of a stiffness; nothing where it has none."""
+    listed = np.flatnonzero(unknowns.ravel() >= 0)
+    return csr_matrix((np.ones(len(listed)), (listed, unknowns.ravel()[listed])), shape=(unknowns.size, size))
 
 
 def openings(nodes: Integers, projection: csr_matrix) -> csr_matrix:
@@ -177,16 +181,15 @@ def frames_of(normals: Array) -> Array:
 def guided(opening: csr_matrix, unknowns: Integers, normals: Array) -> tuple[Array, Integers]:
     """(N, d) normals of the pairs `sum_j M_ij u_j`, and the nodes that supports keep from following others.
 
-    On a plane of symmetry, and on the axis of axisymmetric bodies, supports hold all nodes of a pair alike: it cannot slip across the plane. Its
-    normal, of facets on one side alone, lies in the plane, and its nodes may follow others as they do elsewhere.
+    On a plane of symmetry, and on the axis of axisymmetric bodies, supports hold all nodes of a pair along one axis: it cannot slip across the plane.
+    Its normal, of facets on one side alone, lies in the plane, and its nodes may follow others as they do elsewhere, unless they are held in it too.
     """
-    held, sizes = unknowns < 0, np.diff(opening.indptr)[:, None]
-    counts = (opening != 0) @ held.astype(np.intp)
-    within = np.where(counts > 0, 0.0, normals)
-    lies = np.linalg.norm(within, axis=1) > _LIES * np.linalg.norm(normals, axis=1)
-    alike = ((counts == 0) | (counts == sizes)).all(axis=1) & lies
-    others = np.isin(np.arange(len(unknowns)), opening[~alike].indices)
-    return np.where(alike[:, None], within, normals), np.flatnonzero(held.any(axis=1) & others)
+    held, pattern = unknowns < 0, opening != 0
+    across = pattern @ held.astype(np.intp) == np.diff(opening.indptr)[:, None]
+    within = np.where(across, 0.0, normals)
+    across &= (np.linalg.norm(within, axis=1) > _LIES * np.linalg.norm(normals, axis=1))[:, None]
+    stopped = held & (pattern.T @ (~across).astype(np.intp) > 0)
+    return np.where(across, 0.0, normals), np.flatnonzero(stopped.any(axis=1))
 
 
 def check_course(points: Array, frames: Array, names: Sequence[str]) -> None:
@@ -217,39 +220,37 @@ def check_course(points: Array, frames: Array, names: Sequence[str]) -> None:
             )
 
 
-def check_sides(graph: csr_matrix, interface: Interface, points: Array, names: Sequence[str]) -> None:
-    """Check that the normals point into body 1: the nodes next to the contact lie ahead in body 1, behind in body 2.
+def check_sides(K: csr_matrix, unknowns: Integers, graph: csr_matrix, interface: Interface, points: Array) -> None:
+    """Check that the normals point into body 1: nodes off the contact that are joined to those of a pair lie ahead in body 1, behind in body 2.
 
-    At a re-entrant corner one of the two bodies may seem to lie on the wrong side, but not both.
+    A normal is wrong where some of them contradict it and none agrees, or some of either body do: at a re-entrant corner those of one body may do so.
+    A node that is joined to held ones too, which the matrix does not have, tells nothing, and neither do reduced models, in which all are joined.
 
     Raises
     ------
     ModelError
-        They point the other way.
+        One points the other way.
     """
-    pattern = (graph > 0).astype(np.float64)
-    neighbours = np.asarray(pattern.sum(axis=1))
-    inward = np.where(neighbours > 0, (pattern @ points) / np.maximum(neighbours, 1) - points, 0.0)
-    normals = interface.frames[:, -1]
-    one = np.sum(normals * inward[interface.nodes], axis=1)
-    ahead = np.sum(normals * (interface.opening @ inward), axis=1)
-    for run in runs(names):
-        if ahead[run].sum() < 0:
-            i = run.start
-            raise ModelError(
-                f"normals: those of contact {names[i]!r} point from body 1 into body 2, the first at {place(points[interface.nodes[i]])}; turn them "
-                "round, or exchange the columns of the pairs, and in the plane reverse the order of the pairs"
-            )
-    near = _ASIDE * np.linalg.norm(interface.opening @ inward, axis=1)
-    around = pattern[interface.nodes].tocoo()
-    heights = np.abs(np.sum(normals[around.row] * (points[around.col] - points[interface.nodes[around.row]]), axis=1))
-    seen = np.bincount(around.row, heights, minlength=len(near)) > near  # springs along the face alone tell nothing
-    wrong = seen & (ahead <= near) & (np.maximum(one, ahead - one) <= near) & (near > 0)
-    if wrong.any():
+    shifts, listed = np.zeros((K.shape[0], points.shape[1])), unknowns >= 0
+    shifts[unknowns[listed], np.nonzero(listed)[1]] = 1.0
+    pulled = np.abs(K @ shifts).max(axis=1) > _ASIDE * np.abs(K.diagonal())
+    _, body = connected_components(graph, directed=False)
+    size, joined = np.bincount(body), np.bincount(body, np.diff(graph.indptr))
+    telling = ((size <= _ONE) | (joined < _ALL * size**2))[body] & ~(listed & pulled[unknowns]).any(axis=1)
+    links, normals = interface.opening.tocoo(), interface.frames[:, -1]
+    own = telling[links.col]
+    pair, node, side = links.row[own], links.col[own], np.sign(links.data[own])
+    seen = graph[node].tocoo()
+    arms, of = points[seen.col] - points[node[seen.row]], pair[seen.row]
+    heights = side[seen.row] * np.sum(normals[of] * arms, axis=1)
+    sure = (np.abs(heights) > _ASIDE * np.linalg.norm(arms, axis=1)) & ~np.isin(seen.col, links.col)
+    number = of + len(normals) * (side[seen.row] < 0)  # of body 1, then of body 2
+    agree, contradict = (np.bincount(number[sure & part], minlength=2 * len(normals)).reshape(2, -1) > 0 for part in (heights > 0, heights < 0))
+    if (wrong := contradict.all(axis=0) | (contradict.any(axis=0) & ~agree.any(axis=0))).any():
         i = int(wrong.argmax())
         raise ModelError(
-            f"normals: that of pair {i} at {place(points[interface.nodes[i]])} does not point from body 2 into body 1, as their elements lie there; "
-            "turn it, or exchange the two nodes of the pair"
+            f"normals: that of pair {i} at {place(points[interface.nodes[i]])} does not point from body 2 into body 1, as their nodes lie there; "
+            "turn it, or exchange the nodes of the pair (if all are so, in the plane also reverse the order of the pairs)"
         )
 
 
