@@ -172,7 +172,7 @@ FAULTS = (
     Fault("fem/matrices/abaqus.py", "columns are rows", "symmetric(\"stiffness\", row, column", "symmetric(\"stiffness\", row, row", "abaqus"),
     Fault("fem/rigid.py", "generalised coordinates stand still in rigid motions", "u[generalised] = _followed(K, generalised, u)", "pass",
           "condense_matrices"),
-    Fault("fem/matrices/matching.py", "a facet of one body suffices for a face",
+    Fault("fem/matrices/outline.py", "a facet of one body suffices for a face",
           "here[here] = places_among(image[nodes[:, here]].T, nodes.T) >= 0", "pass", "matching"),
     Fault("fem/matrices/abaqus.py", "directions change one node late", 'side="right") - 1', 'side="left") - 1', "doors"),
     Fault("fem/paraview.py", "the shear of body 2 on body 1 the other way", "fields.q.T / width", "-fields.q.T / width", "paraview"),

@@ -84,10 +84,7 @@ def lines_along(mesh: Mesh, facets: Integers, argument: str) -> list[tuple[Integ
     ModelError
         A node that more than two facets share; the message calls the outline `argument`.
     """
-    first, second = mesh.facets[:, facets]
-    along, inward = mesh.p[:, second] - mesh.p[:, first], mesh.p[:, mesh.t[:, mesh.f2t[0, facets]]].mean(axis=1) - mesh.p[:, first]
-    left = along[0] * inward[1] - along[1] * inward[0] > 0
-    start, end = np.where(left, second, first), np.where(left, first, second)
+    end, start = facets_around(mesh, facets).T
     for nodes in (start, end):
         if (np.bincount(nodes) > 1).any():
             raise ModelError(f"{argument} touches itself at {place(mesh.p[:, np.bincount(nodes).argmax()])}; make a contact of each part")

@@ -1,15 +1,16 @@
-"""Displacements that a stiffness matrix does not have: what the deck says of them, and where the loads on them go."""
+"""Which rows of a matrix are displacements of nodes; those that it does not have: what the deck says of them, and where the loads on them go."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 
-from ...contact.checks import Array
+from ...contact.checks import Array, whole_array
 from ...contact.tolerances import ROUNDING
 from ...errors import ModelError
-from ..ordering import Flags, Integers
+from ..ordering import Flags, Integers, whole
 from .blocks import Block, fields, number
 
 Terms = list[tuple[int, int, float]]  # what follows, what leads, and the weight: 6 i + k is displacement k of node i, from 3 on its rotation
@@ -176,3 +177,41 @@ def _turning(reference: int, rotation: int | None, nodes: Integers, axes: Sequen
             found.append((6 * node + axis, 6 * reference + axis, 1.0))
             found += [(6 * node + axis, 6 * reference + 3 + about, float(weight)) for about, weight in enumerate(turn[:, axis]) if weight]
     return found
+
+
+def checked_labels(values: ArrayLike) -> Integers:
+    """Check that labels are distinct pairs of whole numbers, some of them displacements, and return them read-only."""
+    labels = whole_array("labels", values, (None, 2), least=-(10**12), most=10**12)
+    if not displaced(labels).any():
+        raise ModelError("labels: none is that of a displacement, a node and direction 1, 2 or 3; without any there is no contact")
+    if len(np.unique(labels, axis=0)) != len(labels):
+        raise ModelError(
+            f"labels: {len(labels) - len(np.unique(labels, axis=0))} labels are given twice; let the code write the matrix again, of solids alone: "
+            "CalculiX gives nodes of shells, beams and trusses several rows"
+        )
+    return whole(labels)
+
+
+def displaced(labels: Integers) -> Flags:
+    """(n,) whether a label is that of a displacement of a node."""
+    return np.asarray((labels[:, 0] > 0) & (labels[:, 1] >= 1) & (labels[:, 1] <= 3))
+
+
+def rows_of_nodes(labels: Integers, numbers: Integers, constraints: Constraints) -> Integers:
+    """(nodes, 6) row of each node's displacements and rotations, -1 where the deck holds them, -2 where there is none else.
+
+    Raises
+    ------
+    ModelError
+        Displacements of nodes that are not in the deck.
+    """
+    if len(lost := np.setdiff1d(labels[displaced(labels), 0], numbers)):
+        raise ModelError(
+            f"deck: node {lost[0]} of the matrix is not in it; give the deck of the same job, of solids alone: codes make nodes for shells and beams"
+        )
+    rows = np.flatnonzero(np.isin(labels[:, 0], numbers) & (labels[:, 1] >= 1) & (labels[:, 1] <= 6))
+    order = np.argsort(numbers)
+    node = order[np.searchsorted(numbers, labels[rows, 0], sorter=order)]
+    unknowns = np.where(constraints.held, -1, -2)
+    unknowns[node, labels[rows, 1] - 1] = rows
+    return whole(unknowns)

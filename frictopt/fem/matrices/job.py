@@ -16,12 +16,11 @@ from ...errors import ModelError
 from ..given import checked_stiffness
 from ..ordering import Integers
 from ..rigid import node_graph
+from .constraints import checked_labels, displaced, rows_of_nodes
 from .deck import Deck, deck_of_points
-from .labels import checked_labels, displaced, rows_of_nodes
-from .matching import bodies_of, matching_faces, paired
 from .meshes import file_path, mesh_of, with_midsides
 from .modes import printed_modes
-from .outline import acting, along, between, check_midsides, integrals, normals_at, tied
+from .outline import acting, along, between, bodies_of, check_midsides, integrals, matching_faces, normals_at, paired, tied
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -112,7 +111,7 @@ class MatrixJob(Shown):
         ModelError
             The matrix has labels of nodes that are not in the deck.
         """
-        return rows_of_nodes(self.labels, self._known)[:, : self._directions]
+        return rows_of_nodes(self.labels, self._known.numbers, self._known.constraints)[:, : self._directions]
 
     @property
     def generalised(self) -> Integers:
