@@ -163,7 +163,7 @@ FAULTS = (
     # fem/matrices
     Fault("fem/matrices/rows.py", "one triangle is not mirrored", "np.any(row < column) != np.any(row > column)", "False", "matrices abaqus"),
     Fault("fem/given.py", "matrices that are not symmetric", "if skew.nnz and", "if False and", "matrices abaqus condense_matrices"),
-    Fault("fem/faces.py", "outlines the other way round", "along[1] * inward[0] > 0", "along[1] * inward[0] < 0", "matrices"),
+    Fault("fem/faces.py", "outlines the other way round", "end, start = facets", "start, end = facets", "matrices"),
     Fault("fem/matrices/outline.py", "facets with one node on the face belong to it", "nodes).all(axis=0)]", "nodes).any(axis=0)]", "matrices"),
     Fault("fem/matrices/outline.py", "a pressure pulls", '-finite_number("pressure", value)', 'finite_number("pressure", value)',
           "matrices calculix"),

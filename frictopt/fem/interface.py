@@ -6,8 +6,9 @@ from functools import cached_property
 
 import numpy as np
 from scipy.linalg import qr
-from scipy.sparse import csr_matrix, diags, hstack, identity, kron
+from scipy.sparse import csc_matrix, csr_matrix, diags, hstack, identity, kron
 from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import inv
 
 from ..contact.checks import Array, place
 from ..contact.course import runs
@@ -65,15 +66,8 @@ class Interface:
         shared = np.flatnonzero((uses[self.nodes] != 1) | np.isin(self.nodes, self.held))
         following = self.nodes.copy()
         following[shared] = self._independent(shared)
-        alone = np.ones(len(following))
-        alone[shared] = 0.0
-        own = np.asarray(M[np.arange(len(following)), following]).ravel()
-        inverse = diags(alone / np.where(alone > 0, own, 1.0))
-        if len(shared):
-            pick = identity(len(following), format="csr")[:, shared]
-            turned = pick @ csr_matrix(np.linalg.inv(M[shared][:, following[shared]].toarray()))
-            inverse = inverse + (turned - inverse @ (M[:, following[shared]] @ turned[shared])) @ pick.T
-        W = csr_matrix(inverse)
+        own = csc_matrix(M[:, following])
+        W = csr_matrix(inv(own) if len(shared) else diags(1 / own.diagonal()))
         others = np.ones(M.shape[1])
         others[following] = 0.0
         Q = csr_matrix(-(W @ M) @ diags(others))
