@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from skfem import Mesh, MeshQuad
+from skfem import MeshQuad
 
 from ..contact.checks import Array
 from ..contact.tolerances import SAME_POINT
@@ -118,7 +118,8 @@ class PinInPlate(Scene):
         first = distance.argmin(axis=0)
         numbers = np.concatenate([first[None], core.p.shape[1] + np.arange(share.size * self.elements).reshape(share.size, -1)])
         points = np.concatenate([core.p, rings.reshape(2, -1)], axis=1)
-        return Body(_with_ring(MeshQuad(points, np.concatenate([core.t, _between(numbers)], axis=1)), numbers[-1]), self.pin_material)
+        mesh = MeshQuad(points, np.concatenate([core.t, _between(numbers)], axis=1))
+        return Body(mesh.with_boundaries({"ring": mesh.boundary_facets()}), self.pin_material)
 
     def _plate(self) -> Body:
         """Body 2, with the boundaries "ring", "right", "left" and "outside"."""
@@ -127,10 +128,10 @@ class PinInPlate(Scene):
         share = self._grids[2][0]
         rings = self.radius * rays[:, None, :] + share[:, None] * (outer - self.radius * rays)[:, None, :]
         numbers = np.arange(share.size * self.elements).reshape(share.size, -1)
-        mesh = _with_ring(MeshQuad(rings.reshape(2, -1), _between(numbers)), numbers[0])
+        mesh = MeshQuad(rings.reshape(2, -1), _between(numbers))
         near = SAME_POINT * half
         sides = {"right": lambda x: np.abs(x[0] - half) < near, "left": lambda x: np.abs(x[0] + half) < near}
-        sides["outside"] = lambda x: half - np.abs(x).max(axis=0) < near
+        sides |= {"outside": lambda x: half - np.abs(x).max(axis=0) < near, "ring": lambda x: np.hypot(*x) < 1.25 * self.radius}
         return Body(mesh.with_boundaries(sides), self.plate_material)
 
 
@@ -138,9 +139,3 @@ def _between(numbers: Integers) -> Integers:
     """(4, m) elements between successive rings of nodes, (rings, N)."""
     after = np.roll(numbers, -1, axis=1)
     return np.array([numbers[:-1].ravel(), numbers[1:].ravel(), after[1:].ravel(), after[:-1].ravel()])
-
-
-def _with_ring(mesh: Mesh, nodes: Integers) -> Mesh:
-    """The mesh with the facets between these nodes of its outline named "ring"."""
-    facets = mesh.boundary_facets()
-    return mesh.with_boundaries({"ring": facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)]})
