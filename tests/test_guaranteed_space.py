@@ -142,7 +142,8 @@ def test_a_square_punch_with_and_without_screening(friction):
     punch = fo.scenes.SquarePunch(elements=3).condense()
     turning = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}])
     lean, full = (fo.guaranteed_limit(punch, turning, friction, simplify=simplify) for simplify in (True, False))
-    assert lean.load_factor == pytest.approx(full.load_factor, rel=1e-7) and lean.skipped > 0 and full.skipped == 0
+    assert lean.load_factor == pytest.approx(full.load_factor, rel=1e-7)
+    assert [any("cannot be critical" in text for text in limit.record.left_out) for limit in (lean, full)] == [True, False]
     assert (lean.to_frame()["load_factor"] <= full.to_frame()["load_factor"] * (1 + 1e-7)).all()
     assert {"x", "y", "z", "slip1", "slip2"} <= set(lean.to_frame())
     check(lean, turning)

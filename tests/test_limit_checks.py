@@ -10,11 +10,11 @@ import pytest
 import frictopt as fo
 from frictopt.contact.record import SolveRecord
 from frictopt.limits import no_limit as proofs
+from frictopt.limits.critical_state import load_factor_bounds
 from frictopt.limits.judge import judged
 from frictopt.limits.mechanism import Mechanism
 from frictopt.limits.question import pose
 from frictopt.limits.safe_model import safe_set
-from frictopt.limits.screening import load_factor_bounds
 from frictopt.solve import solvers as policy
 from frictopt.solve.bounds import Bounds, BoundStatus, bounds
 from spatial import single

@@ -20,15 +20,13 @@ import cvxpy as cp
 import numpy as np
 
 from ..contact.checks import Array, frozen
-from ..contact.record import Attempt
+from ..contact.record import SolveRecord
 from ..contact.tolerances import RESIDUAL, ZERO_LOAD_FACTOR
-from ..solve.explain import Units
 from ..solve.solvers import solve
 from ..solve.standard_form import StandardForm
 from .critical_state import CriticalState
 from .mechanism import Mechanism
 from .mirrors import slip_on_whole
-from .question import LimitQuestion
 from .safe_set import SafeSet
 
 _COINCIDE = 1e3 * RESIDUAL  # dimensionless load factors up to this cannot be told from zero: residuals move them so far
@@ -86,10 +84,10 @@ class NodeClaim:
         Its largest violation, or the distance from what the multipliers prove.
     motion
         How the load factor changes with the bonded reactions at each corner, see `critical_motion`; None where another node has less.
-    solver, attempts, problem, units
-        As for `GuaranteedLimit`.
-    values
-        What then stands in the variables of the program over safe slips.
+    program, values
+        The program that it is the answer of, and what then stands in its variables; None and nothing where there is no slip.
+    solver
+        The one whose answer it is.
     how
         How it is known: it may be critical nowhere, or at the least safe load factor of the contact alone, or its load factor may be a lower bound.
     above
@@ -102,23 +100,11 @@ class NodeClaim:
     slip: Array
     residual: float
     motion: Mechanism | None = None
-    solver: str = ""
-    attempts: tuple[Attempt, ...] = ()
-    problem: cp.Problem | None = None
-    units: Units = field(default_factory=dict)
+    program: SafeSet | None = None
     values: Mapping[cp.Variable, Array] = field(default_factory=dict)
+    solver: str = ""
     how: str = SOLVED
     above: tuple[float, Array] | None = None
-
-    @property
-    def node(self) -> int:
-        """The node."""
-        return self.state.node
-
-    @property
-    def corners(self) -> tuple[int, ...]:
-        """The corners at which it is on its bound."""
-        return self.state.corners
 
 
 class CriticalSearch:
@@ -128,10 +114,15 @@ class CriticalSearch:
     ----------
     solver
         Use this one alone.
+
+    Attributes
+    ----------
+    records
+        How the programs were solved, in order.
     """
 
     def __init__(self, solver: str | None) -> None:
-        self._solver = solver
+        self._solver, self.records = solver, list[SolveRecord]()
         self._compiled: dict[Aim, tuple[cp.Problem, cp.Problem]] = {}
 
     def solve(self, safe: SafeSet, state: CriticalState, ends: tuple[float, float], found: float, *, expect_solution: bool) -> NodeClaim:
@@ -144,44 +135,26 @@ class CriticalSearch:
         SolverError
             No solver gave an answer that passes.
         """
-        denied = None if expect_solution else self._proof_of_absence(safe, state)
-        if denied is not None:
+        if not expect_solution and (denied := self._proof_of_absence(safe, state)):
             return denied
         program = self._program(safe, state, Aim.LEAST)
-
-        def never() -> NodeClaim | None:
-            return self._proof_of_absence(safe, state)
-
-        claim = self._solved(lambda: _claimed(program, state, found), program, never)
-        values = {variable: variable.value for variable in program.problem.variables()}
-        claim = replace(claim, problem=program.problem, values=values, units=program.units)
-        least, (beyond, _) = ends[0], _next_to(safe.task, ends)
-        return self._beyond_least(safe, claim, ends) if claim.load_factor <= (beyond if least > 0 else 0.0) else claim
-
-    def values_of(self, safe: SafeSet, claim: NodeClaim) -> Mapping[cp.Variable, Array]:
-        """What stands in the variables for a claim, with the parameters of its program set."""
-        self._program(safe, claim.state, Aim.LEAST)
-        return claim.values
-
-    def _beyond_least(self, safe: SafeSet, found: NodeClaim, ends: tuple[float, float]) -> NodeClaim:
-        """The claim of a limit at the least safe load factor, if the node can be critical above it too; otherwise it is nowhere else.
-
-        The load factors at which it can are an interval, for the problem is convex.
-        """
-        program, (beyond, step) = self._program(safe, found.state, Aim.HIGHEST), _next_to(safe.task, ends)
-        program.problem.param_dict["most_load_factor"].value = 1.0 + ends[0] / safe.task.load_unit
-        highest = self._solved(lambda: _claimed(program, found.state, np.inf), program)
-        attempts = (*found.attempts, *highest.attempts)
-        if highest.load_factor > max(beyond, found.load_factor + step):
-            return replace(
-                found, attempts=attempts, residual=max(found.residual, highest.residual), above=(highest.load_factor, frozen(highest.slip))
-            )
-        nothing = np.full_like(found.slip, np.nan)
-        return replace(found, load_factor=np.inf, slip=nothing, attempts=attempts, residual=highest.residual, how=COINCIDE_ALONE)
+        claim = self._solved(lambda: _claimed(program, state, found), program, lambda: self._proof_of_absence(safe, state))
+        least, step = ends[0], _COINCIDE * min(safe.task.load_unit, ends[1] - ends[0])  # small beside the interval of safe load factors
+        beyond = least + step  # cannot be told from the least safe one
+        if claim.load_factor > (beyond if least > 0 else 0.0):
+            return claim
+        # it counts if the node can be critical above too: the load factors at which it can are an interval, for the problem is convex
+        program = self._program(safe, state, Aim.HIGHEST)
+        program.problem.param_dict["most_load_factor"].value = 1.0 + least / safe.task.load_unit
+        highest = self._solved(lambda: _claimed(program, state, np.inf), program)
+        if highest.load_factor > max(beyond, claim.load_factor + step):
+            return replace(claim, above=(highest.load_factor, frozen(highest.slip)))
+        return NodeClaim(state, np.inf, np.full_like(claim.slip, np.nan), highest.residual, how=COINCIDE_ALONE)
 
     def _solved(self, claimed: Callable[[], NodeClaim], program: SafeSet, never: Callable[[], NodeClaim | None] | None = None) -> NodeClaim:
         claim, record = solve(program.problem, claimed, self._solver, no_optimum=never)
-        return replace(claim, solver=record.solver, attempts=record.attempts)
+        self.records.append(record)
+        return replace(claim, solver=record.solver)
 
     def _program(self, safe: SafeSet, state: CriticalState, aim: Aim) -> SafeSet:
         if aim not in self._compiled or self._compiled[aim][0] is not safe.problem:
@@ -194,23 +167,13 @@ class CriticalSearch:
         """Proof that no safe slip at any load factor makes the node critical; None where there is none."""
         program = self._program(safe, state, Aim.EXCESS)
 
-        def least_excess() -> tuple[float, float]:
-            value, bound = StandardForm(program.problem).bounds
-            return -value, -bound
-
         def claimed() -> NodeClaim:
-            value, bound = least_excess()
-            slip = np.full(safe.task.q1.shape[1:], np.nan)
-            return NodeClaim(state, np.inf, slip, 0.0 if bound > RESIDUAL else abs(value - bound), how=NEVER)
+            value, bound = StandardForm(program.problem).bounds  # of minus the excess
+            slip, proven = np.full(safe.task.q1.shape[1:], np.nan), -bound > RESIDUAL
+            return NodeClaim(state, np.inf, slip, 0.0 if proven else abs(value - bound), how=NEVER if proven else SOLVED)
 
         claim = self._solved(claimed, program)
-        return claim if least_excess()[1] > RESIDUAL else None
-
-
-def _next_to(task: LimitQuestion, ends: tuple[float, float]) -> tuple[float, float]:
-    """A load factor that cannot be told from the least safe one, and its distance from it, small beside the interval of safe ones."""
-    step = _COINCIDE * min(task.load_unit, ends[1] - ends[0])
-    return ends[0] + step, step
+        return claim if claim.how == NEVER else None
 
 
 def _claimed(program: SafeSet, state: CriticalState, found: float) -> NodeClaim:
@@ -227,8 +190,8 @@ def _claimed(program: SafeSet, state: CriticalState, found: float) -> NodeClaim:
     residual = max(unsafe, off, form.gap, program.own.violation)
     if not residual <= RESIDUAL and least > found:
         return NodeClaim(state, least, np.full_like(slip, np.nan), 0.0, how=LEFT_OUT)
-    motion = critical_motion(program, state) if load_factor < found else None
-    return NodeClaim(state, load_factor, slip, float(np.nan_to_num(residual, nan=np.inf)), motion)
+    motion, values = critical_motion(program, state) if load_factor < found else None, {each: each.value for each in program.problem.variables()}
+    return NodeClaim(state, load_factor, slip, float(np.nan_to_num(residual, nan=np.inf)), motion, program, values)
 
 
 def critical_motion(program: SafeSet, state: CriticalState) -> Mechanism:

@@ -10,8 +10,19 @@ with the centres `-q1_k` and the radii `-f p1_k` has the centre c and the radius
 
 Where a part of the cycle is fixed, which corners rule depends on the load factor. In the plane each two that do have a state of their own, affine in
 it.
+
+Below some load factor no slip makes a node critical: one slip mechanism for each node shows it. With multipliers d, a of the nodes for which
+`A d + B^T (f a) = 0`, the sum of `d q + f a p` over the nodes does not depend on the slip: it is that of the mean load. A safe slip leaves every
+node `d q + f abs(d) p >= lam h(d)`, h(d) being the largest `-(d q1 + f abs(d) p1)` of a corner, and the critical node j `q = lam c, p = lam rho`. So
+with `a = abs(d)` at all other nodes, though a_j = -1::
+
+    resistance = sum of d q0 + f a p0   >=   lam drive,       drive = d_j c - f rho + sum of h(d) over the others
+
+We look for such multipliers by fixed-point iteration for all nodes j at once. Where the iteration does not converge (large friction) the bound of
+node j is 0.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
 
@@ -19,13 +30,20 @@ import numpy as np
 
 from ..contact.checks import Array
 from ..contact.coulomb import lengths
-from ..contact.tolerances import ROUNDING
+from ..contact.tolerances import CONDENSATION, RESIDUAL, ROUNDING
 from .question import LimitQuestion
-from .safe_set import ruling
+from .safe_set import SafeSet, ruling
 
 _TIE = ROUNDING  # corners whose rows differ by less than this share rule together
 _SUBSETS = (0,), (0, 1), (0, 2), (0, 3), (0, 1, 2), (0, 1, 3), (0, 2, 3)  # of a new disc and three old ones that touch the smallest one
 _EXCHANGES = 4  # for each disc, at most; mostly three in all do
+_SETTLED = RESIDUAL  # change of a screening mechanism, over its size, that counts as none
+_SCREENING = CONDENSATION  # relative rounding of a screening bound, which feels the errors of the data
+_SPARE = 1e3 * RESIDUAL  # share by which a screening mechanism slips more than it must, so that it is admissible before it settles
+_MOST = 300  # iterations
+_MEANS = 3  # of slides; with more the bounds hardly rise
+_NEAR = 1e-2  # share of the largest slip that a smaller one counts as in these means, which settle then
+_LARGE = 1e6  # a mechanism of this size is on its way to infinity
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,3 +162,70 @@ def _touching(centres: Array, radii: Array) -> list[Array]:
         a, b, c = 1 - (w**2).sum(axis=-1), (u * w).sum(axis=-1), (u**2).sum(axis=-1)
         root = b + np.copysign(np.sqrt(b**2 + a * c), b)
         return [first + u + w * s[:, None] for s in (root / a, -c / root)]
+
+
+def load_factor_bounds(v: SafeSet) -> Array:
+    """(n,) lower bounds of the load factor at which each node can be critical; 0 where nothing is known, inf where it never can.
+
+    Parameters
+    ----------
+    v
+        Unknowns, units and question of the whole contact.
+    """
+    task = v.task
+    if task.fixed:  # which corner rules depends on the load factor
+        return np.zeros(len(task.friction))
+    n, unit = len(task.friction), v.unit[:, None]
+    net_slips = _net_slips(v)
+    total = -np.eye(n)  # columns: the mechanisms, each in units of the force of its nodes; rows: a
+    for _ in range(_MOST):
+        net = np.linalg.norm(net_slips(total), axis=0)
+        size = unit * np.abs(total / unit).max(axis=0)
+        following = (1 + _SPARE) * net + _SETTLED * size
+        np.fill_diagonal(following, -1.0)
+        np.fill_diagonal(net, -1.0)
+        done = (net <= total).all(axis=0) & (np.abs(following - total) <= _SETTLED * size).all(axis=0)
+        lost = ~(total.max(axis=0) < _LARGE)
+        if (done | lost).all():
+            break
+        total = np.where(done | lost, total, following)
+    d, fa, (shear, bound) = net_slips(total) / unit, task.friction[:, None] * total / unit, needed(task)
+    held = np.array([_work(d, task.q0[0]), fa * task.p0[0][:, None]])
+    driven = _work(d, shear) + total / unit * bound[:, None]
+    if len(d) > 1:
+        others = np.max([-_work(d, q1) - fa * p1[:, None] for q1, p1 in zip(task.q1, task.p1, strict=True)], axis=0)
+        driven = np.where(np.eye(n, dtype=bool), driven, others)
+    resistance, drive, terms = held.sum(axis=(0, 1)), driven.sum(axis=0), np.abs(held).sum(axis=(0, 1))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        least = np.where(drive < 0, resistance / drive, np.inf) * (1 - _SCREENING)
+    return np.asarray(np.where(done & (resistance < -_SCREENING * terms), least, 0.0))
+
+
+def _work(d: Array, q: Array) -> Array:
+    """Work (n, n) of shear forces (n,) or (n, 2) on slips (t, n, n): by node and mechanism."""
+    return np.asarray(np.einsum("tij,it->ij", d, q.reshape(d.shape[1], -1)))
+
+
+def _net_slips(v: SafeSet) -> Callable[[Array], Array]:
+    """The net slips (t, n, n) that balance given total slips (n, n); where the body may slide as a whole, it does so until friction resists little.
+
+    That is by weighted means, the weights of which are those of the slips before.
+    """
+    task, (rows, m), rows_of_shear = v.task, v.to_shear.shape, v.to_shear.toarray()
+    n, others = len(v.unit), np.setdiff1d(np.arange(rows), v.loaded)
+    right = np.hstack([v.to_pressure.T * task.friction, rows_of_shear[others].T])
+    follow, rigid, shape = np.zeros((rows, n)), np.zeros((rows, rows - m)), (rows // n, n, n)
+    solved = -np.linalg.solve(rows_of_shear[v.loaded].T, right)
+    follow[v.loaded], rigid[v.loaded], rigid[others] = solved[:, :n], solved[:, n:], np.eye(rows - m)
+    hold = np.tile(np.maximum(task.friction * task.p0[0] / v.unit, 0.0), rows // n)[:, None]
+
+    def net(total: Array) -> Array:
+        slips = follow @ total
+        for _ in range(_MEANS if rows > m else 0):
+            size = np.linalg.norm(slips.reshape(shape), axis=0)
+            weight = hold / np.tile(np.maximum(size, _NEAR * size.max() or 1.0), (shape[0], 1))
+            square = np.einsum("rk,rj,rl->jkl", rigid, weight, rigid, optimize=True)
+            slips = slips - rigid @ (np.linalg.pinv(square) @ (rigid.T @ (weight * slips)).T[..., None])[..., 0].T
+        return np.asarray(slips.reshape(shape))
+
+    return net

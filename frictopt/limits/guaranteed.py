@@ -14,14 +14,13 @@ from ..contact.answers import LimitKind
 from ..contact.checks import Array, frozen, listed, warns_of_odd_values
 from ..contact.record import SolveRecord
 from ..errors import ModelError, SolverError
-from .critical_search import COINCIDE_ALONE, LEFT_OUT, CriticalSearch, NodeClaim
-from .critical_state import critical_states
+from .critical_search import COINCIDE_ALONE, LEFT_OUT, CriticalSearch, NodeClaim, set_node
+from .critical_state import critical_states, load_factor_bounds
 from .guaranteed_result import IMAGE, NOT_NEEDED, ONE_CORNER, OPEN, GuaranteedLimit, left_out, reason
 from .mirrors import images_of, on_whole, slip_on_whole
 from .open_nodes import rest_of
 from .question import LimitQuestion
 from .safe_model import SafeModel
-from .screening import load_factor_bounds
 from .shakedown import ShakedownModel, shakedown_problem
 from .shakedown_result import ShakedownLimit
 
@@ -110,9 +109,10 @@ class GuaranteedModel(SafeModel):
         least, how = np.full(n, np.inf), np.where(both, LEFT_OUT, ONE_CORNER).astype(object)
         if not least_found > shakedown.least or task.uncoupled:
             least[both], how[both] = least_found, NOT_NEEDED
-            return self._result(task, shakedown, None, least, how, ())
+            return self._result(task, shakedown, None, least, how, 0)
         safe = self._shakedown._program(shakedown_problem, task, own)
         values: Mapping[cp.Variable, Array] = {variable: variable.value for variable in safe.problem.variables()}
+        self._search.records.clear()
         images = images_of(task) if self._asked.simplify and not own else None
         # a witness is not its own image, but the node's image has its load factor
         source = np.arange(n) if images is None else images[1][:, :n].min(axis=0)
@@ -120,7 +120,7 @@ class GuaranteedModel(SafeModel):
         how[imaged] = IMAGE
         bounds = load_factor_bounds(safe) if self._asked.simplify else np.zeros(n)
         best: NodeClaim | None = None
-        claims: list[NodeClaim] = []
+        claims = list[NodeClaim]()
         # where the pressure is little, nodes are nearly critical
         pressure = task.p0.min(axis=0) + task.change(np.nan_to_num(task.own(shakedown.slip)))[1]
         for node in sorted(np.flatnonzero(both & ~imaged).tolist(), key=lambda i: (float(bounds[i]), float(pressure[i]))):
@@ -136,15 +136,16 @@ class GuaranteedModel(SafeModel):
                     least[node], how[node] = claim.load_factor, claim.how
                 if claim.load_factor < least_found:
                     best, least_found = claim, claim.load_factor
-        if best is not None:
-            values = self._search.values_of(safe, best)
+        if best is not None and best.program is not None:
+            set_node(best.program, best.state)
+            values = best.values
         for variable, value in values.items():  # the last program solved need not be that of the answer
             variable.save_value(value)
         safe.own.save()
-        return self._result(task, shakedown, best, np.where(imaged, least[source], least), how, tuple(claims))
+        return self._result(task, shakedown, best, np.where(imaged, least[source], least), how, len(claims))
 
     def _result(
-        self, task: LimitQuestion, shakedown: ShakedownLimit, best: NodeClaim | None, least: Array, how: np.ndarray, claims: tuple[NodeClaim, ...]
+        self, task: LimitQuestion, shakedown: ShakedownLimit, best: NodeClaim | None, least: Array, how: np.ndarray, solved: int
     ) -> GuaranteedLimit:
         uncoupled, coincide = task.uncoupled, int((how == COINCIDE_ALONE).sum())
         motion = shakedown._motion if best is None or best.motion is None else best.motion
@@ -156,31 +157,31 @@ class GuaranteedModel(SafeModel):
             if best is not None:
                 above = None if best.above is None else (best.above[0], frozen(slip_on_whole(rest, best.above[1])))
                 _, slip, motion = on_whole(rest, best.slip, motion)
-                best = replace(best, state=replace(best.state, node=int(np.flatnonzero(closed)[best.node])), slip=slip, above=above)
+                best = replace(best, state=replace(best.state, node=int(np.flatnonzero(closed)[best.state.node])), slip=slip, above=above)
+        program, records = None if best is None else best.program, [shakedown.record, *(self._search.records if solved else ())]
         limit = GuaranteedLimit(
             load_factor=shakedown.load_factor if best is None else best.load_factor,
             kind=shakedown.kind if best is None else LimitKind.FINITE,
             reason=reason(shakedown, best, uncoupled, coincide),
             proven=uncoupled or shakedown.kind is LimitKind.NO_SAFE_SLIP,
             slip=shakedown.slip if best is None else frozen(best.slip),
-            node=None if best is None else best.node,
-            corners=None if best is None else best.corners,
-            skipped=int((how == LEFT_OUT).sum()),
+            node=None if best is None else best.state.node,
+            corners=None if best is None else best.state.corners,
             record=SolveRecord(
                 shakedown.record.solver if best is None else best.solver,
-                (*shakedown.record.attempts, *(attempt for claim in claims for attempt in claim.attempts)),
-                max([shakedown.residual, *(claim.residual for claim in claims)]),
-                left_out(how, len(claims)),
+                tuple(attempt for record in records for attempt in record.attempts),
+                max(record.residual for record in records),
+                left_out(how, solved),
                 perf_counter() - task.started,
             ),
             constraints=shakedown.constraints,
             shakedown=shakedown,
-            problem=shakedown.problem if best is None else best.problem,
+            problem=shakedown.problem if program is None else program.problem,
             _task=task,
             _motion=motion,
             _by_node=frozen(least),
             _how=tuple(how.tolist()),
-            _units=shakedown._units if best is None else best.units,
+            _units=shakedown._units if program is None else program.units,
             _above=None if best is None else best.above,
         )
         return self._shown(limit)

@@ -48,8 +48,6 @@ class GuaranteedLimit(Rated):
     corners
         The load corners at which it is on its bound: in the plane that of forward and that of backward slip, in space all of them; None where
         lambda_2 rules.
-    skipped
-        Number of nodes left out because their lower bound is not below the least load factor found.
     record
         How it was found; the solver is that of `node`. Its `residual` is the largest of: the violations of the contact law by `slip` at the corners,
         the distance of `node` from its critical state, and the relative distance of the program's dual bound, over all programs solved. At most 1e-9.
@@ -88,7 +86,6 @@ class GuaranteedLimit(Rated):
     slip: Array = field(repr=False)
     node: int | None
     corners: tuple[int, ...] | None
-    skipped: int
     record: SolveRecord
     constraints: tuple[str, ...]
     shakedown: ShakedownLimit = field(repr=False)
@@ -226,7 +223,7 @@ def reason(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, c
     if best is not None:
         any_load = "" if best.above is None else f" at any load factor next above {least:.6g}"
         bounds, unloaded = _bounds(best, shakedown._task.cycle.corner_names), _unloaded(best) * (not shakedown._task.fixed)
-        return f"{shakedown._opened}node {best.node} is {bounds}{any_load}{under}{unloaded}{alone}"
+        return f"{shakedown._opened}node {best.state.node} is {bounds}{any_load}{under}{unloaded}{alone}"
     if shakedown.kind is not LimitKind.FINITE:
         return shakedown.reason + alone
     why = "the contact is uncoupled (B = 0)" if uncoupled else "no node is critical below it"
@@ -235,7 +232,7 @@ def reason(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, c
 
 def _bounds(best: NodeClaim, names: Sequence[str]) -> str:
     """Where the node is on its bound, by the loads of the corners."""
-    *first, last = (f"({names[corner]})" for corner in best.corners)
+    *first, last = (f"({names[corner]})" for corner in best.state.corners)
     if best.slip.ndim == 1:
         return f"on its bound of forward slip at the corner {first[0]} and of backward slip at {last}"
     return f"on its bound at the corners {', '.join(first)} and {last}, from where it can slip {'around' if len(first) > 1 else 'to and fro'}"

@@ -1,7 +1,7 @@
 """The amplitudes of two loads that vary independently at which some residual slip is safe, between two polygons: points reached, and mechanisms."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from time import perf_counter
 from typing import Any
@@ -12,7 +12,6 @@ import pandas as pd
 from ..contact import ContactSystem, friction_coefficients
 from ..contact.checks import Array, check_name, checked_loads, finite_number, frozen, listed
 from ..contact.parts import joined
-from ..contact.record import SolveRecord
 from ..contact.system import checked_system
 from ..contact.tolerances import RESIDUAL, ZERO_LOAD_FACTOR
 from ..errors import ModelError, SolverError
@@ -82,22 +81,16 @@ def safe_region(system: ContactSystem, mean: Mapping[str, float], loads: Sequenc
         held = second if np.isinf(limits[0]) else first
         # The region is convex and closed: with all amplitudes of one load it holds all that the other one may have alone.
         why = f"the amplitude of {unlimited[0]!r} has no limit: it shears no node beyond its bound"
-        return search.region([_Side(held, held, held)], unlimited, why)
+        return search.region([held], unlimited, why)
     search.unit = np.array([limit or 1.0 for limit in limits])
-    return search.region(_merged(search.between(first, second)), (), "beyond each side its mechanism slips for ever")
+    return search.region([first, *search.between(first, second), second], (), "beyond each side its mechanism slips for ever")
 
 
 @dataclass(frozen=True, eq=False)
-class _Corner:
-    """Where two sides meet."""
-
-    at: Array
-
-
-@dataclass(frozen=True, eq=False)
-class _Point(_Corner):
+class _Point:
     """The end of a ray, which is safe, and the line through it that no safe amplitudes are beyond: `line @ amplitudes <= bound`."""
 
+    at: Array
     limit: ShakedownLimit
     line: Array
     bound: float
@@ -106,15 +99,6 @@ class _Point(_Corner):
     def beyond(self, at: Array) -> float:
         """By how much a point is beyond the line, over the distance of the line from zero; below zero inside."""
         return float((self.line @ at - self.bound) / (self.bound or 1.0))
-
-
-@dataclass(frozen=True, eq=False)
-class _Side:
-    """A side from `start` to `end`, safe points or what is a little beyond them, on the line of `of`."""
-
-    start: _Corner
-    end: _Corner
-    of: _Point
 
 
 class _Search:
@@ -168,49 +152,56 @@ class _Search:
         press[w.argmin(axis=0), np.arange(w.shape[1])] = 0.0 if motion.press is None else motion.press.sum(axis=0)
         return Mechanism(slips, opening + f * sizes, f, press=press)
 
-    def between(self, one: _Point, other: _Point) -> list[_Side]:
-        """The sides between two points of the border; in space up to where their lines meet, once that is near enough to the chord."""
-        if abs(one.beyond(other.at)) <= _ONE_SIDE:
-            return [_Side(one, other, one)]
-        if abs(other.beyond(one.at)) <= _ONE_SIDE:
-            return [_Side(one, other, other)]
-        lines = np.array([one.line, other.line]) * self.unit
-        corner = self.unit * np.linalg.solve(lines, [one.bound, other.bound])
-        if beyond_chord(one.at, other.at, corner) < self._apart:
-            return [_Side(one, _Corner(corner), one), _Side(_Corner(corner), other, other)]
+    def between(self, one: _Point, other: _Point) -> list[_Point]:
+        """Points of the border between two, as many as its sides need; in space until their lines meet near enough to the chords."""
+        corner = self._corner(one, other)
+        if corner is one.at or corner is other.at or beyond_chord(one.at, other.at, corner) < self._apart:
+            return []
         middle = self.ray(*np.maximum(corner, 0.0))
         if middle.limit.load_factor >= 1 - _ONE_SIDE:
-            return [_Side(one, middle, one), _Side(middle, other, other)]
-        return self.between(one, middle) + self.between(middle, other)
+            return [middle]
+        return [*self.between(one, middle), middle, *self.between(middle, other)]
 
-    def region(self, sides: list[_Side], unlimited: tuple[str, ...], reason: str) -> SafeRegion:
-        """The region with these sides."""
+    def _corner(self, one: _Point, other: _Point) -> Array:
+        """Where the lines of two neighbours meet: at one of them, where it is on the line of the other."""
+        if abs(one.beyond(other.at)) <= _ONE_SIDE:
+            return other.at
+        if abs(other.beyond(one.at)) <= _ONE_SIDE:
+            return one.at
+        return np.asarray(self.unit * np.linalg.solve(np.array([one.line, other.line]) * self.unit, [one.bound, other.bound]))
+
+    def region(self, points: list[_Point], unlimited: tuple[str, ...], reason: str) -> SafeRegion:
+        """The region with these points of the border in their order."""
         free = np.array([name in unlimited for name in self.names])
-        ends = [side.start for side in sides] + [side.end for side in sides[-1:]]
-        reached = [part for side in sides for part in (side.start, side.of, side.end)] if self._apart else ends
-        points = [point for point in dict.fromkeys(reached) if isinstance(point, _Point)]
-        vertices, outer = (np.reshape([part.at for part in parts[: 1 if free.any() else None]], (-1, 2)) for parts in (points, ends))
+        ends = [point.at for point in points[:1]] + [self._corner(*pair) for pair in pairwise(points)] + [point.at for point in points[-1:]]
+        sides = list[tuple[Array, Array, _Point]]()
+        for (start, end), point in zip(pairwise(ends), points, strict=True):
+            if sides and max(abs(sides[-1][2].beyond(end)), abs(point.beyond(sides[-1][0]))) <= _ONE_SIDE:  # on the same line
+                sides[-1] = sides[-1][0], end, sides[-1][2]
+            elif start is not end or free.any():
+                sides.append((start, end, point))
+        outer = np.reshape([start for start, _, _ in sides] + [end for _, end, _ in sides[-1:]], (-1, 2))
+        vertices = np.reshape([point.at for point in points], (-1, 2)) if self._apart else outer
         if free.any():
-            vertices = outer = np.where(free, np.inf, vertices if len(vertices) else 0.0).reshape(1, 2)
-        gap = max((beyond_chord(one, other, end.at) for one, other in pairwise(vertices) for end in ends if not isinstance(end, _Point)), default=0.0)
-        rows = [(*np.where(free, 0.0, side.of.line) / (side.of.bound or 1.0), float(side.of.bound > 0)) for side in sides]
-        errors = [abs(side.of.beyond(end.at)) for side in sides for end in (side.start, side.end)]
+            vertices = outer = np.where(free, np.inf, vertices[0] if len(vertices) else 0.0).reshape(1, 2)
+        met = [end for end in ends if not any(end is point.at for point in points)] if self._apart else []
+        gap = max((beyond_chord(one, other, end) for one, other in pairwise(vertices) for end in met), default=0.0)
+        rows = [(*np.where(free, 0.0, of.line) / (of.bound or 1.0), float(of.bound > 0)) for _, _, of in sides]
         reason += f"; between points and sides, up to {gap:.1e} apart, nothing is said" if gap else ""
-        residual = max((point.limit.residual for point in points), default=0.0)
-        if (error := max(errors, default=0.0)) > 2 * _ONE_SIDE:
+        if (error := max((abs(of.beyond(end)) for *pair, of in sides for end in pair), default=0.0)) > 2 * _ONE_SIDE:
             raise SolverError(f"safe region: its sides and vertices differ by {error:.1e}; check for reactions of very different sizes")
+        record, residuals = self._limits[0].record, [point.limit.residual for point in points]
         attempts = tuple(attempt for limit in self._limits for attempt in limit.record.attempts)
-        seconds = perf_counter() - self._started
         return SafeRegion(
             loads=self.names,
             vertices=frozen(vertices),
             outer=frozen(outer),
             sides=pd.DataFrame(rows, columns=["a", "b", "bound"]),
-            mechanisms=tuple(side.of.motion.table(self._system, self._corners) for side in sides),
+            mechanisms=tuple(of.motion.table(self._system, self._corners) for _, _, of in sides),
             unlimited=unlimited,
             gap=gap,
             reason=reason,
-            record=SolveRecord(self._limits[0].record.solver, attempts, max(residual, error), self._limits[0].record.left_out, seconds),
+            record=replace(record, attempts=attempts, residual=max([error, *residuals]), seconds=perf_counter() - self._started),
             _mean=self._mean,
             _parts=self._parts,
         )
@@ -234,14 +225,3 @@ def _part(name: str, load: Any) -> list[Mapping[str, float]]:
     if not any(corners):
         raise ModelError(f"{name}: no corners with a load; give the name of a load case, or a list of corners")
     return [{}, *corners]
-
-
-def _merged(sides: list[_Side]) -> list[_Side]:
-    """Sides in a row that share a line are one, and those between the same two points are none."""
-    merged: list[_Side] = []
-    for side in sides:
-        if merged and max(abs(merged[-1].of.beyond(side.end.at)), abs(side.of.beyond(merged[-1].start.at))) <= _ONE_SIDE:
-            merged[-1] = _Side(merged[-1].start, side.end, merged[-1].of)
-        else:
-            merged.append(side)
-    return merged
