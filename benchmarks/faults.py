@@ -259,7 +259,7 @@ FAULTS = (
     Fault("limits/design_loads.py", "all of every preload acts", "reactions=self.reactions * factors", "reactions=self.reactions", "design"),
     Fault("limits/design.py", "other scenarios in units of their own", "v.ask(replace(other, load_unit=task.load_unit))", "v.ask(other)",
           "design design_space"),
-    Fault("limits/own_rows.py", "prices in units of the program", "return np.asarray(dual / self.size", "return np.asarray(dual * self.size",
+    Fault("limits/own_rows.py", "prices in units of the program", "unit * dual / bound.size", "unit * dual * bound.size",
           "design"),
     Fault("limits/safe_set.py", "open nodes may overlap", '{"stays_open": gap >= reserve}', '{"stays_open": gap >= reserve - 1e6}', "open_nodes"),
     Fault("limits/question.py", "nodes that touch bound nothing", ", (press, self.w0, self.w1)", "", "open_nodes"),

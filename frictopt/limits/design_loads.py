@@ -40,14 +40,9 @@ class DesignLoads:
         factors[: len(self.preloads)] = [shares.get(name, 1.0) for name in self.preloads]
         return replace(self, reactions=self.reactions * factors)
 
-    def shear(self, unit: Array) -> Array:
-        """(t N, d) shear forces of unit amounts over the (N,) units of the nodes."""
-        forces = self.reactions[: -len(unit)] * self.unit
-        return np.asarray(forces / np.resize(unit, len(forces))[:, None])
-
-    def pressure(self, unit: Array) -> Array:
-        """(N, d) normal forces of unit amounts over the (N,) units of the nodes."""
-        return np.asarray(self.reactions[-len(unit) :] * self.unit / unit[:, None])
+    def forces(self, unit: Array) -> cp.Expression:
+        """(M,) reactions of the amounts over the (N,) units of the nodes, an affine cvxpy expression."""
+        return (self.reactions * self.unit / np.resize(unit, len(self.reactions))[:, None]) @ self.amounts
 
     @property
     def values(self) -> cp.Expression:

@@ -97,8 +97,8 @@ class GuaranteedModel(SafeModel):
         SolverError
             No solver gave an answer that passes the checks.
         """
-        own = listed("constraints", constraints)
-        task = replace(self._asked.at(friction), simplify=False)
+        own, task = listed("constraints", constraints), replace(self._asked.at(friction), simplify=False)
+        self._search.records.clear()
         shakedown = self._shakedown.solve(friction, own)
         if shakedown.kind is not LimitKind.NO_SAFE_SLIP and np.isnan(shakedown.least):
             raise SolverError(f"guaranteed limit: {shakedown.reason}")
@@ -109,10 +109,9 @@ class GuaranteedModel(SafeModel):
         least, how = np.full(n, np.inf), np.where(both, LEFT_OUT, ONE_CORNER).astype(object)
         if not least_found > shakedown.least or task.uncoupled:
             least[both], how[both] = least_found, NOT_NEEDED
-            return self._result(task, shakedown, None, least, how, 0)
+            return self._result(task, shakedown, None, least, how)
         safe = self._shakedown._program(shakedown_problem, task, own)
         values: Mapping[cp.Variable, Array] = {variable: variable.value for variable in safe.problem.variables()}
-        self._search.records.clear()
         images = images_of(task) if self._asked.simplify and not own else None
         # a witness is not its own image, but the node's image has its load factor
         source = np.arange(n) if images is None else images[1][:, :n].min(axis=0)
@@ -120,7 +119,7 @@ class GuaranteedModel(SafeModel):
         how[imaged] = IMAGE
         bounds = load_factor_bounds(safe) if self._asked.simplify else np.zeros(n)
         best: NodeClaim | None = None
-        claims = list[NodeClaim]()
+        expected = True  # that nodes can be critical
         # where the pressure is little, nodes are nearly critical
         pressure = task.p0.min(axis=0) + task.change(np.nan_to_num(task.own(shakedown.slip)))[1]
         for node in sorted(np.flatnonzero(both & ~imaged).tolist(), key=lambda i: (float(bounds[i]), float(pressure[i]))):
@@ -128,10 +127,9 @@ class GuaranteedModel(SafeModel):
                 least[node] = bounds[node]
                 continue
             for state in states[node]:
-                expect_solution = bounds[node] > 0 and all(np.isfinite(claim.load_factor) for claim in claims)
                 ends, below = (shakedown.least, shakedown.load_factor), least_found if self._asked.simplify else np.inf
-                claim = self._search.solve(safe, state, ends, below, expect_solution=expect_solution)
-                claims.append(claim)
+                claim = self._search.solve(safe, state, ends, below, expect_solution=expected and bounds[node] > 0)
+                expected = expected and bool(np.isfinite(claim.load_factor))
                 if claim.load_factor < least[node] or state is states[node][0]:
                     least[node], how[node] = claim.load_factor, claim.how
                 if claim.load_factor < least_found:
@@ -142,11 +140,9 @@ class GuaranteedModel(SafeModel):
         for variable, value in values.items():  # the last program solved need not be that of the answer
             variable.save_value(value)
         safe.own.save()
-        return self._result(task, shakedown, best, np.where(imaged, least[source], least), how, len(claims))
+        return self._result(task, shakedown, best, np.where(imaged, least[source], least), how)
 
-    def _result(
-        self, task: LimitQuestion, shakedown: ShakedownLimit, best: NodeClaim | None, least: Array, how: np.ndarray, solved: int
-    ) -> GuaranteedLimit:
+    def _result(self, task: LimitQuestion, shakedown: ShakedownLimit, best: NodeClaim | None, least: Array, how: np.ndarray) -> GuaranteedLimit:
         uncoupled, coincide = task.uncoupled, int((how == COINCIDE_ALONE).sum())
         motion = shakedown._motion if best is None or best.motion is None else best.motion
         if task.whole is not None:  # of closed nodes: no half is asked
@@ -158,7 +154,7 @@ class GuaranteedModel(SafeModel):
                 above = None if best.above is None else (best.above[0], frozen(slip_on_whole(rest, best.above[1])))
                 _, slip, motion = on_whole(rest, best.slip, motion)
                 best = replace(best, state=replace(best.state, node=int(np.flatnonzero(closed)[best.state.node])), slip=slip, above=above)
-        program, records = None if best is None else best.program, [shakedown.record, *(self._search.records if solved else ())]
+        program, records = None if best is None else best.program, [shakedown.record, *self._search.records]
         limit = GuaranteedLimit(
             load_factor=shakedown.load_factor if best is None else best.load_factor,
             kind=shakedown.kind if best is None else LimitKind.FINITE,
@@ -171,7 +167,7 @@ class GuaranteedModel(SafeModel):
                 shakedown.record.solver if best is None else best.solver,
                 tuple(attempt for record in records for attempt in record.attempts),
                 max(record.residual for record in records),
-                left_out(how, solved),
+                left_out(how),
                 perf_counter() - task.started,
             ),
             constraints=shakedown.constraints,

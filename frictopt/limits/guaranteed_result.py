@@ -22,6 +22,12 @@ from .question import LimitQuestion
 from .shakedown_result import ShakedownLimit
 
 IMAGE, ONE_CORNER, NOT_NEEDED, OPEN = "mirror image", "one corner alone rules", "not needed", "open"
+_LEFT_OUT = {
+    NOT_NEEDED: "need no program: lambda_1 is lambda_2, for the contact is uncoupled (B = 0) or no load factors lie between",
+    LEFT_OUT: "cannot be critical below the limit, by a lower bound",
+    IMAGE: "are mirror images of others",
+    ONE_CORNER: "can only lift off where they are critical, or have no friction",
+}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -249,13 +255,7 @@ def _unloaded(best: NodeClaim) -> str:
     )
 
 
-def left_out(how: np.ndarray, solved: int) -> tuple[str, ...]:
+def left_out(how: np.ndarray) -> tuple[str, ...]:
     """Which nodes needed no program, in words."""
-    n, count = len(how), {label: int((how == label).sum()) for label in (LEFT_OUT, IMAGE, ONE_CORNER, NOT_NEEDED)}
-    texts = {
-        NOT_NEEDED: "all programs: lambda_1 is lambda_2, for the contact is uncoupled (B = 0) or no load factors lie between",
-        LEFT_OUT: f"nodes: {count[LEFT_OUT]} of {n} cannot be critical below the limit, by a lower bound; {solved} solved",
-        IMAGE: f"mirror symmetry: {count[IMAGE]} of {n} nodes are images of others",
-        ONE_CORNER: f"nodes: {count[ONE_CORNER]} of {n} can only lift off where they are critical, or have no friction",
-    }
-    return tuple(text for label, text in texts.items() if count[label])
+    counts = {label: int((how == label).sum()) for label in _LEFT_OUT}
+    return tuple(f"nodes: {count} of {len(how)} {_LEFT_OUT[label]}" for label, count in counts.items() if count)

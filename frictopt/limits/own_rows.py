@@ -31,12 +31,6 @@ class Bound:
     row: cp.Constraint
     size: Array
 
-    @property
-    def multiplier(self) -> Array:
-        """Multiplier of the row in the user's units."""
-        dual = np.asarray(self.row.dual_value[0] if isinstance(self.row, cp.SOC) else self.row.dual_value)
-        return np.asarray(dual / self.size.reshape(dual.shape, order="F"))
-
 
 @dataclass(frozen=True, eq=False)
 class OwnRows:
@@ -73,7 +67,8 @@ class OwnRows:
         """Rate of the objective, of a `unit`, as each constraint gives way, in the user's units: >= 0; of an equation with its right side."""
         found = dict[str, Array]()
         for bound in self.bounds:
-            found[bound.name] = found.get(bound.name, 0.0) + bound.sign * unit * bound.multiplier
+            dual = np.asarray(bound.row.dual_value[0] if isinstance(bound.row, cp.SOC) else bound.row.dual_value)
+            found[bound.name] = found.get(bound.name, 0.0) + bound.sign * unit * dual / bound.size.reshape(dual.shape, order="F")
         return found
 
     def save(self) -> None:

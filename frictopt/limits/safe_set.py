@@ -96,9 +96,8 @@ class SafeSet(ABC):
         self.traction, self.slide = cp.Variable(len(self.loaded), name="traction"), cp.Variable(modes, name="slide") if modes else None
         self.shear, self.pressure = self.to_shear @ self.traction, self.to_pressure @ self.traction
         if design is not None:
-            self.shear, self.pressure = (
-                part + of_design(self.unit) @ design.amounts for part, of_design in ((self.shear, design.shear), (self.pressure, design.pressure))
-            )
+            forces = design.forces(self.unit)
+            self.shear, self.pressure = self.shear + forces[: len(each)], self.pressure + forces[len(each) :]
         self.load_factor, self.margin = cp.Variable(name="load_factor"), cp.Variable(name="margin")
 
     @abstractmethod
