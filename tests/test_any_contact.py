@@ -52,6 +52,10 @@ def test_any_uniform_stress_passes_between_any_meshes(kinds, upper, lower, seed,
     for name, body in bodies.items():
         assert np.allclose(fields.displacement[name], gradient @ (body.mesh.p - shift[:, None]), rtol=0, atol=rounding)
         assert np.allclose(fields.stress[name], np.array(components)[:, None], rtol=0, atol=max(1e-12, 1e-13 / (1 - 2 * nu)))
+    for side in (1, 2):
+        for found, tensor in zip(fields.at_contact(side), (stress[:d, :d], gradient), strict=True):
+            along = np.einsum("nta,ab,nsb->nts", system.frames[:, :-1], tensor, system.frames[:, :-1])
+            assert np.allclose(found.reshape(along.shape), along, rtol=0, atol=max(1e-12, 1e-13 / (1 - 2 * nu)))
 
 
 def limits(system):
@@ -94,17 +98,6 @@ def test_forces_on_both_flanks_of_a_wedge_balance_the_loads():
     assert np.allclose(resultant(system, "Q"), [-top, 0.0, top], atol=1e-11)
     assert np.allclose(resultant(system, "fit"), 0.0, atol=1e-12)
     assert system.bonded["fit"][1].sum() > 0
-
-
-def test_slip_and_gap_of_each_contact_are_along_its_own_directions():
-    """A rigid motion of a free body, resolved in the directions of the nodes, meets no stiffness."""
-    system = wedge().condense()
-    n, t = system.normals, np.column_stack([system.normals[:, 1], -system.normals[:, 0]])
-    for motion in ([[1.0, 0.0]], [[0.0, 1.0]], np.column_stack([-system.points[:, 1], system.points[:, 0]])):
-        relative = np.r_[np.sum(motion * t, axis=1), np.sum(motion * n, axis=1)]
-        assert np.abs(system.S @ relative).max() < 1e-13 * np.abs(system.S).max()
-    assert np.allclose(n[system.contact == "left flank"], [np.sin(np.pi / 3), np.cos(np.pi / 3)])
-    assert np.allclose(n[system.contact == "right flank"], [-np.sin(np.pi / 3), np.cos(np.pi / 3)])
 
 
 def test_arc_length_runs_on_from_contact_to_contact():

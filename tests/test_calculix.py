@@ -248,12 +248,6 @@ def test_without_a_density_there_is_no_matrix(tmp_path):
         fo.read_calculix(job)
 
 
-def test_a_force_by_its_sum_is_the_traction_over_the_area(tmp_path):
-    job = fo.read_calculix(run(tmp_path, space()[2])[0])
-    assert np.allclose(job.force("TOP", total=[0.0, 0.0, -12.0]), job.force("TOP", traction=[0.0, 0.0, -2.0]), atol=1e-14)
-    assert np.allclose(job.force("TOP", pressure=2.0), job.force("TOP", traction=[0.0, 0.0, -2.0]), atol=1e-14)
-
-
 @pytest.mark.parametrize("rigid", ["", "2000, 1.5, 1.0, 3.0\n2001, 0.0, 0.0, 0.0\n"])
 def test_bricks_with_incompatible_modes_are_stiff_as_in_a_static_step(tmp_path, rigid):
     """CalculiX gives each brick three nodes that are not in the deck: the displacement of glued bodies under our forces is its own under its own."""

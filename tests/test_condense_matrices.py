@@ -64,40 +64,6 @@ def matched(**changes):
     return {**given_, "pairs": pairs, **changes}
 
 
-def test_rows_that_are_missing_are_held():
-    """A stiffness without the rows of the held displacements, as CalculiX writes it."""
-    whole = matched()
-    free = np.setdiff1d(np.arange(whole["K"].shape[0]), whole["held"])
-    new = np.full(whole["K"].shape[0], -1)
-    new[free] = np.arange(len(free))
-    part = {
-        "K": whole["K"][free][:, free],
-        "loads": {name: F[free] for name, F in whole["loads"].items()},
-        "unknowns": new[whole["unknowns"]],
-        "held": (),
-    }
-    one, other = fo.condense(**whole), fo.condense(**{**whole, **part})
-    assert np.allclose(one.S, other.S, atol=1e-13) and np.allclose(one.bonded["a"], other.bonded["a"], atol=1e-13)
-
-
-def test_a_body_on_rigid_ground():
-    """Nodes of body 2 that have no stiffness at all are held; body 1 alone gives S."""
-    whole = matched()
-    lower = whole["points"][:, 1] < 0
-    lower[whole["pairs"][:, 1]] = True
-    kept = np.setdiff1d(np.arange(whole["K"].shape[0]), whole["unknowns"][lower])
-    new = np.full(whole["K"].shape[0], -1)
-    new[kept] = np.arange(len(kept))
-    K = whole["K"][kept][:, kept]
-    loads = {"a": np.zeros(len(kept))}
-    system = fo.condense(K, loads, whole["pairs"], [0, 1], new[whole["unknowns"]], whole["points"])
-    r = new[whole["unknowns"][whole["pairs"][:, 0]]].T.ravel()
-    i = np.setdiff1d(np.arange(len(kept)), r)
-    K = K.toarray()
-    S = K[np.ix_(r, r)] - K[np.ix_(r, i)] @ np.linalg.solve(K[np.ix_(i, i)], K[np.ix_(i, r)])
-    assert np.allclose(system.S, S, atol=1e-13)
-
-
 def test_nodes_on_springs():
     """Bodies of a single node each, which cannot turn."""
     springs = {"unknowns": [[0, 1], [2, 3], [-1, -1], [-1, -1]], "points": [[0, 0], [1, 0], [0, 0], [1, 0]], "pairs": [[0, 2], [1, 3]]}

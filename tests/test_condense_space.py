@@ -75,15 +75,6 @@ def test_a_pair_that_is_wrong_is_named_whichever_it_is(cells, graded):
     assert fo.condense(**good | {"pairs": pairs[again], "normals": normals[again]}).nodes == n
 
 
-def test_a_normal_in_the_face_is_named():
-    good = given()
-    middle = int(np.linalg.norm(good["points"][good["pairs"][:, 0]] - good["points"][good["pairs"][:, 0]].mean(axis=0), axis=1).argmin())
-    normals = good["normals"].copy()
-    normals[middle] = np.cross(normals[middle], [1.0, 2.0, 3.0])
-    with pytest.raises(fo.ModelError, match=f"normals: that of pair {middle} at .* does not point from body 2 into body 1"):
-        fo.condense(**good | {"normals": normals})
-
-
 def test_a_pair_of_two_nodes_that_are_held_may_be_left_out():
     """On a plane of symmetry both bodies are held across it: the pair cannot slip there, but carries pressure."""
     good = given()

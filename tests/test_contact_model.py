@@ -205,21 +205,6 @@ def test_a_stiff_contact_takes_no_digits_from_a_soft_one(ratio):
         assert np.allclose(getattr(both, name)[:n, :n], getattr(alone, name), rtol=0, atol=1e-13)
 
 
-def test_the_weight_of_a_body_is_carried_by_the_contact():
-    """A column as wide as its base: its own weight presses evenly, and a heavy base presses nothing."""
-    x, y = np.linspace(0.0, 1.0, 5), np.array([0.0, 0.5, 2.0])
-    upper = MeshQuad.init_tensor(x, y).with_boundaries({"contact": lambda x: x[1] == 0})
-    lower = MeshQuad.init_tensor(x, -y[::-1]).with_boundaries({"contact": lambda x: x[1] == 0, "bottom": lambda x: x[1] == -2})
-    still = fo.Material(nu=0.0)
-    system = fo.ContactModel(
-        bodies={"column": fo.Body(upper, still), "base": fo.Body(lower, still)},
-        supports=[fo.Support("base", "bottom")],
-        loads={"column": [fo.BodyForce("column", y=-3.0)], "base": [fo.BodyForce("base", y=-3.0)]},
-    ).condense()
-    assert np.allclose(system.bonded["column"][1], 6.0 * system.width) and np.allclose(system.bonded["column"][0], 0.0)
-    assert np.allclose(system.bonded["base"], 0.0)
-
-
 @pytest.mark.parametrize("elements", [(12, 96), (96, 12)])
 def test_the_chords_of_a_coarse_circle_touch_a_fine_one(elements):
     """A shaft in its hub: the nodes of one lie off the chords of the other by up to R (1 - cos(pi / n)), which is no gap, and a real gap is."""

@@ -9,8 +9,6 @@ from scipy.spatial.transform import Rotation
 from skfem import MeshHex, MeshTet
 
 import frictopt as fo
-from frictopt.fem.faces import facets_around
-from frictopt.fem.mortar import facet_overlaps, mortar_projection
 from meshes import RUBBER, THICK, box, extruded, ring, turned, two_blocks
 
 KINDS = [(MeshTet, MeshTet), (MeshHex, MeshHex), (MeshTet, MeshHex), (MeshHex, MeshTet)]
@@ -30,15 +28,6 @@ def test_reactions_carry_the_force_and_the_moment_of_uneven_loads(kinds):
         assert np.allclose(force.sum(axis=0), [-4 * 0.3 + 1.0, 0.0, 4 - 4 / 3], atol=1e-12)
         moment = np.cross(system.points, force).sum(axis=0)
         assert np.allclose(moment, [0.0, -1.2 - 4 / 3 + 2 / 3, 0.0], atol=1e-12)
-
-
-@pytest.mark.parametrize("kind", [MeshTet, MeshHex])
-def test_the_projection_between_faces_that_match_is_that_of_pairs(kind):
-    mesh = turned(two_blocks((kind, kind), (4, 5), seed=3)["upper"], Rotation.random(random_state=3).as_matrix())
-    one = facets_around(mesh, mesh.boundaries["contact"])
-    nodes = np.unique(one)
-    P, areas = mortar_projection(facet_overlaps(one, mesh.p.T, one[:, ::-1], mesh.p.T), nodes, mesh.p.shape[1])
-    assert np.abs(P - np.eye(mesh.p.shape[1])[nodes]).max() < 1e-12 and areas.sum() == pytest.approx(4.0)
 
 
 def cylinders(n, m, hole=1.0, exchanged=False, start=0.1):
@@ -147,18 +136,6 @@ def test_round_rims_miss_each_other_by_their_sag(exchanged):
     polygons = [n / 2 * np.sin(2 * np.pi / n) * (1 - 0.3**2) for n in (20, 24)]
     assert area < min(polygons) * (1 + 1e-3) and area == pytest.approx(min(polygons), rel=0.02)
     assert system.bonded["P"][1].sum() == pytest.approx(polygons[0], rel=1e-12)
-
-
-def test_bodies_exchanged_give_the_same_compliance_but_for_the_mesh():
-    bodies = {name: fo.Body(mesh) for name, mesh in two_blocks((MeshHex, MeshTet), (7, 7), (8, 8)).items()}
-    loads = {axis: [fo.Traction("upper", "z+", **{axis: 1.0})] for axis in "xyz"}
-    moved = []
-    for contact in (fo.Contact("upper", "lower"), fo.Contact("lower", "upper")):
-        model = fo.ContactModel(bodies, [fo.Support("lower", "z-")], loads, [contact])
-        slip = np.zeros(model.condense().slip_shape)
-        top = bodies["upper"].mesh.p[2] == 1.0
-        moved.append([model.recover({axis: 1.0}, slip).displacement["upper"][k, top].mean() for k, axis in enumerate("xyz")])
-    assert np.allclose(*moved, rtol=1e-3) and not np.allclose(*moved, rtol=1e-6)
 
 
 BODIES = {name: fo.Body(mesh) for name, mesh in two_blocks((MeshHex, MeshTet)).items()}

@@ -1,7 +1,5 @@
 """The fields in the bodies against the state of the contact, scikit-fem's own elasticity, and files."""
 
-from dataclasses import replace
-
 import meshio
 import numpy as np
 import pytest
@@ -10,7 +8,6 @@ from skfem.models.elasticity import linear_elasticity
 
 import frictopt as fo
 from meshes import blocks, hung, uniform_loads
-from test_loads import column
 
 MODELS = {
     "punch": fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6).model(),
@@ -90,17 +87,6 @@ def test_the_recovered_field_is_in_equilibrium(name):
     assert np.allclose(across + applied, 0.0, atol=1e-9 * np.abs(fields.p).max())
 
 
-def test_bodies_that_are_glued_move_together_and_others_by_slip_and_gap():
-    model, system, loads, v, w = states("dovetail")
-    fields = model.recover(loads, v, system.gap + np.abs(w))
-    u = {body: fields.displacement[body] for body in ("blade", "disc")}
-    where = {body: {tuple(np.round(point, 9)): i for i, point in enumerate(model.bodies[body].mesh.p.T)} for body in u}
-    for i, point in enumerate(system.points):
-        one, two = (u[body][:, where[body][tuple(np.round(point, 9))]] for body in ("blade", "disc"))
-        normal = system.normals[i]
-        assert np.allclose(one - two, v[i] * np.array([normal[1], -normal[0]]) + np.abs(w[i]) * normal, atol=1e-9 * np.abs(u["blade"]).max())
-
-
 def test_stress_along_the_interface():
     """A plate pulled along its contact, stuck to a soft one: the stress is the mean stress of each in the middle."""
     scene = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6, punch_material=fo.Material(1e-6))
@@ -109,17 +95,6 @@ def test_stress_along_the_interface():
     assert np.allclose(stress[2:-2], 2.0, rtol=0.02) and np.allclose(strain[2:-2], 2.0 * (1 - 0.3**2), rtol=0.02)
     soft, same = fields.at_contact(1)
     assert np.abs(soft).max() < 1e-4 and np.allclose(same[2:-2], strain[2:-2], rtol=0.02)
-
-
-def test_a_turned_column_pulled_along_its_axis_has_no_stress_along_the_interface():
-    cork, angle = fo.Material(1.0, 0.0), np.radians(30)
-    c, s = np.cos(angle), np.sin(angle)
-    turn = np.array([[c, -s], [s, c]])
-    bodies = {name: fo.Body(replace(body.mesh, doflocs=turn @ body.mesh.p), cork) for name, body in column().bodies.items()}
-    model = fo.ContactModel(bodies, [fo.Support("lower", "bottom")], {"T": [fo.Traction("upper", "top", x=-2 * s, y=2 * c)]})
-    fields, system = model.recover({"T": 1.0}, np.zeros(5)), model.condense()
-    assert np.allclose(fields.p / system.width, -2.0) and np.allclose(fields.stress["upper"][2], -2 * s * c)
-    assert np.abs([*fields.at_contact(1), *fields.at_contact(2)]).max() < 1e-10
 
 
 def test_mean_dilatation_has_its_own_stress():
