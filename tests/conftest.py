@@ -1,5 +1,6 @@
 import os
 import signal
+import tarfile
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -63,6 +64,15 @@ def rounded(punch):
 def flat():
     """The plane job of CalculiX in the folder of data."""
     return fo.read_calculix(Path(__file__).parent / "data" / "flat")
+
+
+@pytest.fixture(scope="session")
+def cube(tmp_path_factory):
+    """The job of CalculiX of two blocks of bricks."""
+    folder = tmp_path_factory.mktemp("cube")
+    with tarfile.open(Path(__file__).parent / "data" / "cube.tar.xz") as archive:
+        archive.extractall(folder, filter="data")
+    return fo.read_calculix(folder / "cube")
 
 
 @pytest.fixture

@@ -212,6 +212,7 @@ BAD = {
     "to pair 2 at (-0.333333, 0) they go against the tangent, which is the normal turned by -90 degrees; order": {"pairs": PAIRS[[0, 2, 1, 3]]},
     "pairs: the nodes of pair 1, at (-0.332333, 0.001) and (-0.333333, 0), lie 0.00141421 apart": {"points": MOVED},
     "normals: they turn by 90 degrees or more from pair 1 at (-0.333333, 0) to pair 2": {"normals": UPRIGHT * [[1], [1], [-1], [1]]},
+    "normals: shape (3,), expected (4, 2), or (2,) for one direction": {"normals": [0.0, 1.0, 0.0]},
     "normals: zero at pair 2": {"normals": UPRIGHT * [[1], [1], [0], [1]]},
     "normals: that of pair 0 at (-1, 0) does not point from body 2 into body 1": {"pairs": PAIRS[:, ::-1]},
     "projection: shape (2, 24), type float64; give a real matrix of shape (4, 24)": {"pairs": PAIRS[:, 0], "projection": np.ones((2, 24))},

@@ -1,8 +1,5 @@
 """Bodies and matching faces of one matrix, and matrices of one's own: against blocks whose nodes are known."""
 
-import tarfile
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.sparse import block_diag
@@ -10,8 +7,6 @@ from scipy.sparse import block_diag
 import frictopt as fo
 from calculix import Block, lines
 from frictopt.fem.matrices.deck import read_deck
-
-DATA = Path(__file__).parent / "data"
 
 
 def block(first, *ends, name):
@@ -38,10 +33,7 @@ def test_the_faces_of_a_deck_are_the_pairs_of_its_sets(flat):
     assert set(np.flatnonzero(flat.bodies == -1)) == set(flat.nodes("N_BOTTOM"))
 
 
-def test_the_face_of_a_deck_in_space(tmp_path):
-    with tarfile.open(DATA / "cube.tar.xz") as archive:
-        archive.extractall(tmp_path, filter="data")
-    cube = fo.read_calculix(tmp_path / "cube")
+def test_the_face_of_a_deck_in_space(cube):
     (face,) = cube.matching_faces()
     assert len(face) == 9 and np.array_equal(cube.points[face[:, 0]], cube.points[face[:, 1]]) and not cube.points[face[:, 0], 2].any()
 

@@ -2,7 +2,6 @@
 
 import gzip
 import shutil
-import tarfile
 from pathlib import Path
 
 import numpy as np
@@ -15,14 +14,6 @@ import frictopt as fo
 from frictopt.fem.elasticity import body_stiffness
 
 DATA = Path(__file__).parent / "data"
-
-
-@pytest.fixture(scope="module")
-def cube(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("cube")
-    with tarfile.open(DATA / "cube.tar.xz") as archive:
-        archive.extractall(folder, filter="data")
-    return fo.read_calculix(folder / "cube")
 
 
 def test_plane_matrix_is_that_of_the_same_mesh_assembled_here(flat):

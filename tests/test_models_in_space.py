@@ -1,6 +1,5 @@
 """Models in space, loads of every kind, gaps and fields: a strip one element thick against the plane, and closed forms."""
 
-import meshio
 import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
@@ -151,26 +150,6 @@ def test_the_gap_of_a_curved_face_is_measured():
         fo.ContactModel(curved().bodies, curved().supports, curved().loads)
     with pytest.raises(fo.ModelError, match="the bodies overlap by"):
         curved(-0.02)
-
-
-@pytest.mark.parametrize("kind", [MeshHex, MeshTet])
-def test_fields_as_a_vector_and_as_a_file(tmp_path, kind):
-    model = bars(kind, {"pull": [fo.Traction("outer", "end", x=2.0, y=0.3)]})
-    fields = model.recover({"pull": 1.0}, np.zeros((9, 2)))
-    basis, u = fields.vector("outer")
-    forces = linear_elasticity(*RUBBER.lame).assemble(basis) @ u
-    inside = np.flatnonzero((basis.mesh.p[0] > 1) & (basis.mesh.p[0] < 3))
-    assert np.abs(forces[basis.nodal_dofs[:, inside]]).max() < 1e-11 and np.array_equal(u[basis.nodal_dofs], fields.displacement["outer"])
-    path = tmp_path / "outer.vtu"
-    fields.save(path, "outer")
-    read = meshio.read(path)
-    (cells,) = read.cells
-    assert np.allclose(read.points.T, basis.mesh.p) and len(cells.data) == basis.mesh.t.shape[1]
-    for place, row in zip((0, 1, 3, 2, 5, 4), fields.stress["outer"], strict=True):  # VTK: xx, yy, zz, xy, yz, xz
-        assert np.allclose(read.point_data["stress"][:, place], row)
-    if kind is MeshHex:  # the order of VTK: a base, and above each of its nodes one of the other face
-        lifts = read.points[cells.data[:, 4:]] - read.points[cells.data[:, :4]]
-        assert np.allclose(lifts, lifts[:, :1]) and (np.abs(lifts[:, 0]).sum(axis=1) > 0).all()
 
 
 @pytest.mark.parametrize(("kind", "element"), {MeshTri: ElementTriP1, MeshQuad: ElementQuad1, MeshTet: ElementTetP1, MeshHex: ElementHex1}.items())

@@ -6,9 +6,10 @@ import meshio
 import numpy as np
 import pytest
 from skfem import MeshHex, MeshHex2, MeshQuad, MeshQuad2, MeshTet, MeshTet2, MeshTri, MeshTri2
+from skfem.models.elasticity import linear_elasticity
 
 import frictopt as fo
-from meshes import rotation
+from meshes import rotation, two_blocks
 
 SECOND = {MeshTri: MeshTri2, MeshQuad: MeshQuad2, MeshTet: MeshTet2, MeshHex: MeshHex2}
 
@@ -187,22 +188,41 @@ def test_a_curved_body_of_one_mesh_is_split_as_it_is():
     assert np.allclose(weights, 1 + 2 * HUMP / 3, rtol=1e-12) and bodies["left"].boundary_nodes("right", "cut").size == 5
 
 
+FILED = {  # kind -> names of its elements, linear and quadratic, in files
+    MeshTri: ("triangle", "triangle6"),
+    MeshQuad: ("quad", "quad9"),
+    MeshTet: ("tetra", "tetra10"),
+    MeshHex: ("hexahedron", "hexahedron27"),
+}
+
+
+@pytest.mark.parametrize("element", ["linear", "quadratic"])
 @pytest.mark.parametrize("kind", SECOND)
-def test_fields_of_curved_bodies_go_to_files_with_all_nodes(kind, tmp_path):
-    body = two_boxes(kind, fo.Material())
-    d = dimensions(kind)
-    model = fo.ContactModel(body, [fo.Support("lower", "far")], {"P": [fo.Pressure("upper", "far")]})
-    nodes = model.condense().nodes
-    fields = model.recover({"P": 1.0}, np.zeros(nodes if d == 2 else (nodes, 2)))
+def test_fields_go_to_vectors_and_to_files_with_all_nodes(kind, element, tmp_path):
+    d, material, far = dimensions(kind), fo.Material(2.0, 0.3), ("far", "far")
+    bodies = two_boxes(kind, material)
+    if element == "linear":
+        meshes, up = two_blocks((kind, kind), (2,) * (d - 1), (2,) * (d - 1)), "xyz"[d - 1]
+        bodies, far = {name: fo.Body(mesh, material) for name, mesh in meshes.items()}, (f"{up}-", f"{up}+")
+    model = fo.ContactModel(bodies, [fo.Support("lower", far[0])], {"P": [fo.Pressure("upper", far[1]), fo.Traction("upper", far[1], x=0.3)]})
+    fields = model.recover({"P": 1.0}, np.zeros(model.condense().slip_shape))
     fields.save(tmp_path / "upper.vtu", "upper")
-    read = meshio.read(tmp_path / "upper.vtu")
-    mesh = body["upper"].mesh
-    assert [block.type for block in read.cells] == [{MeshTri: "triangle6", MeshQuad: "quad9", MeshTet: "tetra10", MeshHex: "hexahedron27"}[kind]]
+    read, mesh = meshio.read(tmp_path / "upper.vtu"), bodies["upper"].mesh
+    (cells,) = read.cells
+    assert cells.type == FILED[kind][element == "quadratic"] and len(cells.data) == mesh.t.shape[1]
     assert np.allclose(read.points[:, :d].T, mesh.p) and np.allclose(read.point_data["displacement"][:, :d].T, fields.displacement["upper"])
+    for place, row in zip((0, 1, 3, 2, 5, 4), fields.stress["upper"], strict=False):  # VTK: xx, yy, zz, xy, yz, xz
+        assert np.allclose(read.point_data["stress"][:, place], row)
+    assert d == 3 or not read.point_data["stress"][:, 4:].any()
+    if cells.type == "hexahedron":  # the order of VTK: a base, and above each of its nodes one of the other face
+        lifts = read.points[cells.data[:, 4:8]] - read.points[cells.data[:, :4]]
+        assert (np.abs(lifts - lifts[:, :1]).max(axis=(1, 2)) < 0.3).all() and (np.linalg.norm(lifts, axis=2) > 0.2).all()
     basis, u = fields.vector("upper")
     for axis, component in enumerate(fields.displacement["upper"]):
         at = np.asarray(basis.interpolate(u))[axis]
         assert np.allclose(at, np.asarray(basis.with_element(mesh.elem()).interpolate(component)))
+    forces = linear_elasticity(*material.lame).assemble(basis) @ u
+    assert element == "quadratic" or np.abs(forces[basis.complement_dofs(basis.get_dofs())]).max() < 1e-11
 
 
 def pressure_of_hertz(elements):

@@ -1,9 +1,7 @@
 """The fields in the bodies against the state of the contact, scikit-fem's own elasticity, and files."""
 
-import meshio
 import numpy as np
 import pytest
-from skfem import Basis, ElementQuad1, ElementVector
 from skfem.models.elasticity import linear_elasticity
 
 import frictopt as fo
@@ -104,20 +102,6 @@ def test_mean_dilatation_has_its_own_stress():
     fields = scene.model().recover({"P": 1.0}, np.zeros(9))
     top = scene.model().bodies["punch"].mesh.p[1] > 1.5
     assert np.allclose(fields.stress["punch"][1, top], -1.0, atol=0.2) and np.abs(fields.stress["block"]).max() < 5.0
-
-
-def test_fields_as_a_vector_and_as_a_file(tmp_path):
-    model, _, loads, v, w = states("press fit")
-    fields = model.recover(loads, v, np.abs(w))
-    basis, u = fields.vector("collar")
-    assert isinstance(basis, Basis) and isinstance(basis.elem, ElementVector) and isinstance(basis.elem.elem, ElementQuad1)
-    assert np.array_equal(u[basis.nodal_dofs], fields.displacement["collar"])
-    path = tmp_path / "collar.vtu"
-    fields.save(path, "collar")
-    read = meshio.read(path)
-    assert np.allclose(read.points[:, :2].T, model.bodies["collar"].mesh.p) and len(read.cells_dict["quad"]) == model.bodies["collar"].mesh.t.shape[1]
-    assert np.allclose(read.point_data["displacement"][:, :2].T, fields.displacement["collar"])
-    assert np.allclose(read.point_data["stress"][:, [0, 1, 3, 2]].T, fields.stress["collar"]) and not read.point_data["stress"][:, 4:].any()
 
 
 @pytest.mark.parametrize(
