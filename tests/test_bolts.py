@@ -69,41 +69,6 @@ def test_the_stress_of_a_bar_is_the_force_over_its_area_whatever_pulls_elsewhere
     assert whole.p.shape[1] < mesh.p.shape[1] and len(model.held_nodes[1]) == np.sum(whole.p[-1] == 3)
 
 
-def test_a_bolt_and_its_plates_are_two_springs():
-    """Shank, two plates, and a head and a nut that are all but rigid; a pull on head and nut relieves the plates alone."""
-    soft, rigid = fo.Material(E=2.0, nu=0.0), fo.Material(E=2e6, nu=0.0)
-
-    def block(x, y, **faces):
-        return MeshQuad.init_tensor(np.array(x), np.array(y)).with_boundaries(
-            {"low": lambda p: p[1] == y[0], "high": lambda p: p[1] == y[-1], **faces}
-        )
-
-    shank = block([-0.5, 0.0, 0.5], [0.0, 1.0, 2.0, 4.0]).with_boundaries({"section": lambda p: p[1] == 1.0}, boundaries_only=False)
-    across = [-3.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 3.0]
-    parts = {"left": (-3, -1), "mid": (-0.5, 0.5), "right": (1, 3)}
-    under = {name: (lambda p, a=a, b=b: (p[1] == 4.0) & (p[0] > a) & (p[0] < b)) for name, (a, b) in parts.items()}
-    over = {name: (lambda p, a=a, b=b: (p[1] == 0.0) & (p[0] > a) & (p[0] < b)) for name, (a, b) in parts.items()}
-    bodies = {
-        "mid": fo.Body(shank, CORK),
-        "left": fo.Body(block([-3.0, -2.0, -1.0], [0.0, 4.0]), soft),
-        "right": fo.Body(block([1.0, 2.0, 3.0], [0.0, 4.0]), soft),
-        "head": fo.Body(block(across, [4.0, 5.0, 6.0], **under), rigid),
-        "nut": fo.Body(block(across, [-2.0, -1.0, 0.0], **over), rigid),
-    }
-    model = fo.ContactModel(
-        bodies,
-        supports=[fo.Support("nut", "low")],
-        loads={"F": [fo.BoltPreload("mid", "section", 7.0)], "pull": [fo.Traction("head", "high", y=1.0 / 6.0)]},
-        contacts=[fo.Contact(name, end, face, name, name=f"{name} {end}") for name in parts for end, face in (("head", "high"), ("nut", "low"))],
-    )
-    system, fields = model.condense(), glued(model, F=1.0, pull=2.0)
-    u = [fields.displacement["mid"][1, fields.bodies["mid"].mesh.p[1] == 1.0][k * 3 : k * 3 + 3] for k in (0, 1)]
-    bolt, plates = 3.0 * 1.0 / 4.0, 2.0 * 4.0 / 4.0  # E A / L
-    assert np.allclose(u[0] - u[1], 7.0 / bolt + (7.0 - 2.0) / plates, rtol=1e-5)
-    carried = {name: fields.p[system.contact == f"{name} head"].sum() for name in parts}
-    assert carried["mid"] == pytest.approx(-7.0, rel=1e-5) and carried["left"] + carried["right"] == pytest.approx(7.0 - 2.0, rel=1e-5)
-
-
 @pytest.mark.parametrize("kind", [MeshTri, MeshHex])
 def test_the_faces_move_as_multipliers_tie_them(kind):
     """Both halves of the bolt as bodies of their own, and every tie as a row of a saddle-point system."""

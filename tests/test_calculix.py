@@ -118,23 +118,6 @@ def test_a_free_punch_pressed_by_a_rigid_tool(tmp_path, axis):
     assert np.allclose(joined(*middle.bonded["P"]), joined(*system.bonded["P"]), atol=1e-9)  # the reference is above the middle: the same resultant
 
 
-def test_equations_between_nodes_of_one_place_are_one_mesh(tmp_path):
-    """The punch cut in two and glued again by equations, loads on the cut too, is the whole punch."""
-    (upper, lower), _, deck = plane()
-    whole = fo.read_calculix(run(tmp_path, deck, name="whole")[0])
-    bottom = Block(1, [upper.lines[0], upper.lines[1][:2]], upper.E, upper.nu, "DOWN")
-    top = Block(51, [upper.lines[0], upper.lines[1][1:]], upper.E, upper.nu, "UP")
-    rest = deck[len(upper.deck()) : deck.index("*NSET, NSET=TOP")] + node_set("BOT", lower.on(1, -2)) + "*BOUNDARY\nBOT, 1, 2\n"
-    ties = [equation((int(a), k, 1.0), (int(b), k, -1.0)) for a, b in zip(top.on(1, 1), bottom.on(1, 1), strict=True) for k in (1, 2)]
-    sides = node_set("TOP", top.on(1, 2)) + node_set("SIDE", [*bottom.on(0, 0), *top.on(0, 0)])
-    cut = fo.read_calculix(run(tmp_path, bottom.deck() + top.deck() + rest + sides + "".join(ties), name="cut")[0])
-    pull = {"R": {"where": "SIDE", "traction": [-1.0, 0.5]}}
-    (one, _), (two, _) = condensed(whole, **pull), condensed(cut, **pull)
-    assert np.abs(one.S - two.S).max() < 1e-9 * np.abs(one.S).max()
-    for name in "PQR":
-        assert np.allclose(joined(*one.bonded[name]), joined(*two.bonded[name]), rtol=0, atol=1e-9)
-
-
 def test_nodes_that_follow_others_hold_no_body(tmp_path):
     """The block may rise: it is held along x alone, and the top of the punch moves as one along y."""
     blocks, _, deck = plane()
@@ -169,25 +152,9 @@ def test_a_tie_away_from_loads_and_contact_is_one_mesh(tmp_path):
         job.force("SIDE", traction=[1.0, 0.0, 0.0])
 
 
-def test_a_tied_contact_is_refused(tmp_path):
-    job = fo.read_calculix(run(tmp_path, tied("contact"))[0])
-    for first, second in (("CU", "CL"), ("CL", "CU")):
-        pairs, load = job.pairs(first, second), job.force("TOP", pressure=1.0)
-        with pytest.raises(fo.ModelError, match=r"pairs: node \d+ at .* follows other nodes, by an equation or a tie"):
-            fo.condense(job.K, {"P": load}, pairs, [0.0, 0.0, 1.0], job.unknowns, job.points)
-
-
 def test_loads_that_the_deck_cannot_place_are_refused_by_name(tmp_path):
     blocks, _, deck = space()
     top = blocks[0].on(2, 2)
-    mean = (
-        f"*NODE\n2000, 1.5, 1., 3.\n*ELEMENT, TYPE=DCOUP3D, ELSET=MEAN\n999, 2000\n*DISTRIBUTING COUPLING, ELSET=MEAN\n{top[0]}, 1.\n{top[-1]}, 1.\n"
-    )
-    job = fo.read_calculix(run(tmp_path, deck + mean)[0])
-    with pytest.raises(
-        fo.ModelError, match=r"force: it acts on node \d+, direction 3, that neither the matrix nor .*the deck has \*DISTRIBUTINGCOUPLING"
-    ):
-        job.force("TOP", pressure=1.0)
     (tmp_path / "plain.inp").write_text(deck)
     job = fo.read_calculix(run(tmp_path, deck + equation((top[0], 3, 1.0), (top[1], 3, -1.0)))[0], deck=tmp_path / "plain.inp")
     with pytest.raises(fo.ModelError, match=rf"force: it acts on node {top[0]}, direction 3, .* no \*EQUATION .*give the deck of the same job"):
@@ -207,13 +174,6 @@ def test_a_plane_job_is_per_unit_depth_whatever_its_thickness(tmp_path):
         bounded = fo.shakedown_limit(system, CYCLE, 0.5, slip_bound=1e-3)
         answers.append([limit.load_factor, limit.largest_slip, fo.shakedown_limit(gapped, CYCLE, 0.5).load_factor, bounded.load_factor])
     assert np.allclose(answers, answers[0], rtol=1e-7)
-
-
-def test_several_thicknesses_are_refused(tmp_path):
-    deck = plane(thickness="1.")[2]
-    job, _ = run(tmp_path, deck.replace("MATERIAL=LOW\n1.", "MATERIAL=LOW\n3."))
-    with pytest.raises(fo.ModelError, match="sections of thickness 1, 3; give all plane elements one thickness"):
-        fo.read_calculix(job)
 
 
 def test_plane_stress_is_refused_with_the_constants_that_give_it_in_plane_strain(tmp_path):

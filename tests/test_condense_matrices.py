@@ -93,41 +93,6 @@ def test_names_widths_and_the_modulus_are_kept():
     assert fo.condense(**matched(), contact=["one", "two", "three", "four"]).width is None
 
 
-def with_generalised(rng, whole):
-    """The same two blocks, each with coordinates of its own, joined to it and to each other at random: eliminating them gives the given K back."""
-    n, upper = whole["K"].shape[0], np.unique(whole["unknowns"][whole["points"][:, 1] > 0])
-    lower = np.unique(whole["unknowns"][whole["points"][:, 1] < 0])
-    B, G = np.zeros((n, 6)), np.zeros((6, 6))
-    for rows, own in ((upper, slice(0, 2)), (lower, slice(2, 5))):
-        part = rng.normal(size=(len(rows), len(range(6)[own])))
-        B[rows, own], G[own, own] = part, part.T @ part
-    G[4, :4] = G[:4, 4] = 0.0
-    B[:, 4] = 0.0  # joined to others of its kind alone
-    G[4, 3] = G[3, 4] = 0.1
-    G[4, 4], G[5, 5] = 1.0, 0.0  # the last one has no stiffness
-    active = slice(0, 5)
-    inverse = np.linalg.inv(G[active, active])
-    K = np.block([[whole["K"].toarray() + B[:, active] @ inverse @ B[:, active].T, B], [B.T, G]])
-    loads = {}
-    for name, force in whole["loads"].items():
-        own = rng.normal(size=5)
-        loads[name] = np.r_[force + B[:, active] @ inverse @ own, own, 0.0]
-    return {**whole, "K": csr_matrix(K), "loads": loads, "generalised": n + np.arange(6)}
-
-
-@pytest.mark.parametrize("held", [True, False])
-def test_generalised_coordinates_are_eliminated(held):
-    """A body that floats still does: its coordinates follow rigid motions."""
-    rng = np.random.default_rng(5)
-    whole = problem(rng, lines(3), lines(3), held=held)
-    whole["pairs"] = np.column_stack([whole.pop("one"), whole.pop("two")])
-    one, other = fo.condense(**whole), fo.condense(**with_generalised(rng, whole))
-    assert one.rigid_motions.shape == other.rigid_motions.shape == (8, 0 if held else 3)
-    assert np.allclose(one.S, other.S, rtol=0, atol=1e-11 * np.abs(one.S).max())
-    for name in "ab":
-        assert np.allclose(one.bonded[name], other.bonded[name], rtol=0, atol=1e-10)
-
-
 def test_rotations_of_a_cantilever_are_eliminated():
     """Two beam elements; the tip rests on the ground, which feels 3 E I / l^3 across and E A / l along, and half of a moment over the length."""
     EI, EA, half = 2.0, 5.0, 1.5

@@ -51,6 +51,7 @@ def test_forces_go_where_the_deck_says(tmp_path, text, labels, moved):
     [
         ("", "node 3, direction 2, .*no \\*EQUATION says what it follows \\(give the deck of the same job\\)"),
         ("*TIE, NAME=T\nA, B\n*MPC\nPLANE, 1, 2, 3\n", "the deck has \\*TIE, \\*MPC"),
+        ("*DISTRIBUTING COUPLING, ELSET=M\n1, 1.\n", "the deck has \\*DISTRIBUTINGCOUPLING"),
         ("*EQUATION\n2\n3, 2, 1., 4, 2, -1.\n2\n4, 2, 1., 3, 2, -1.\n", "node 3, direction 2"),  # a circle
         ("*EQUATION\n2\n3, 2, 1., 2, 6, -1.\n", "a block \\*EQUATION that cannot be read here: directions beyond 3"),
         ("*EQUATION\n2\n3, 2, 1., TOP, 2, -1.\n", "a block \\*EQUATION that cannot be read here: .*a set of nodes that is not the first term"),

@@ -30,35 +30,35 @@ def most(value):
     return -minimize_scalar(lambda t: -value(t), bounds=(best - 0.1, best + 0.1), method="bounded", options={"xatol": 1e-10}).fun
 
 
-@pytest.mark.parametrize("turned", range(3))
-def test_reversed_tension_has_its_closed_forms(turned):
-    a = 150.0
-    found = parameters([a * PULL, 0 * PULL, -a * PULL], turned)
-    assert found["SWT"] == pytest.approx(a**2 / E, rel=1e-6) and (found["from"], found["to"]) == pytest.approx((-a, a), rel=1e-6)
-    assert found["Findley"] == pytest.approx(a / 2 * (K + np.sqrt(1 + K**2)), rel=1e-6)
-    assert found["Crossland"] == pytest.approx(a / np.sqrt(3) + C * a / 3, rel=1e-9)
-    expected = most(lambda t: (1 + NU) * a / E * abs(np.sin(2 * t)) * (1 + FS * a * np.cos(t) ** 2))
-    assert found["Fatemi_Socie"] == pytest.approx(expected, rel=1e-6)
+HALF = (1 + NU) / E
+LOADED = {  # states, SWT, Findley and Crossland in closed form, and Fatemi and Socie's value over the angle of the plane
+    "reversed tension": (
+        [150.0 * PULL, 0 * PULL, -150.0 * PULL],
+        (150.0**2 / E, 75.0 * (K + np.sqrt(1 + K**2)), 150.0 / np.sqrt(3) + C * 50.0),
+        lambda t: HALF * 150.0 * abs(np.sin(2 * t)) * (1 + FS * 150.0 * np.cos(t) ** 2),
+    ),
+    "pulsating tension": (
+        [150.0 * PULL, 0 * PULL],
+        (150.0**2 / (2 * E), 37.5 * (2 * K + np.sqrt(1 + 4 * K**2)), 75.0 / np.sqrt(3) + C * 50.0),
+        lambda t: HALF * 75.0 * abs(np.sin(2 * t)) * (1 + FS * 150.0 * np.cos(t) ** 2),
+    ),
+    "reversed torsion": (
+        [100.0 * TWIST, -100.0 * TWIST],
+        (HALF * 100.0**2, 100.0 * np.sqrt(1 + K**2), 100.0),
+        lambda t: 2 * HALF * 100.0 * abs(np.cos(2 * t)) * (1 + FS * 100.0 * abs(np.sin(2 * t))),
+    ),
+}
 
 
 @pytest.mark.parametrize("turned", range(3))
-def test_pulsating_tension_counts_its_mean(turned):
-    a = 150.0
-    found = parameters([a * PULL, 0 * PULL], turned)
-    assert found["SWT"] == pytest.approx(a**2 / (2 * E), rel=1e-6)
-    assert found["Findley"] == pytest.approx(a / 4 * (2 * K + np.sqrt(1 + 4 * K**2)), rel=1e-6)
-    assert found["Crossland"] == pytest.approx(a / (2 * np.sqrt(3)) + C * a / 3, rel=1e-9)
-
-
-@pytest.mark.parametrize("turned", range(3))
-def test_reversed_torsion_has_its_closed_forms(turned):
-    a = 100.0
-    found = parameters([a * TWIST, -a * TWIST], turned)
-    assert found["SWT"] == pytest.approx((1 + NU) * a**2 / E, rel=1e-6)
-    assert found["Findley"] == pytest.approx(a * np.sqrt(1 + K**2), rel=1e-6)
-    assert found["Crossland"] == pytest.approx(a, rel=1e-9)
-    expected = most(lambda t: 2 * (1 + NU) * a / E * abs(np.cos(2 * t)) * (1 + FS * a * abs(np.sin(2 * t))))
-    assert found["Fatemi_Socie"] == pytest.approx(expected, rel=1e-6)
+@pytest.mark.parametrize("load", LOADED)
+def test_simple_loads_have_their_closed_forms(load, turned):
+    states, (swt, findley, crossland), shear = LOADED[load]
+    found = parameters(states, turned)
+    assert (found["SWT"], found["Findley"]) == pytest.approx((swt, findley), rel=1e-6)
+    assert found["Crossland"] == pytest.approx(crossland, rel=1e-9) and found["Fatemi_Socie"] == pytest.approx(most(shear), rel=1e-6)
+    if load == "reversed tension":
+        assert (found["from"], found["to"]) == pytest.approx((-150.0, 150.0), rel=1e-6)
 
 
 def test_compression_that_comes_and_goes_has_no_tension():

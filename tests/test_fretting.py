@@ -47,16 +47,6 @@ def test_the_table_against_a_long_transient_by_quadrature(punch, opening):
     assert "property of the mesh" in table.attrs["note"]
 
 
-def test_a_contact_at_rest_does_not_fret(punch):
-    contact = punch(16)
-    steady = fo.steady_state(contact, PAPER, 0.7, 0.5)
-    table = steady.fretting_table()
-    assert not table.work.any() and not table.share.any() and table.slip_range.max() < 1e-9
-    p = np.array([contact.reaction({"P": 1.0, "sigma": s})[1] for s in (-0.5, 0.5)]) + contact.B @ steady.slip
-    name = "pressure" if contact.width is not None else "p"
-    assert np.allclose(table[f"{name}_mean"] * (1 if contact.width is None else contact.width), p.mean(axis=0))
-
-
 def test_a_contact_that_creeps_has_its_drift_in_the_slip_range():
     """A punch that rocks under a steady pull walks: each node holds while the other one slips."""
     loads = {"mean": ([0, 0], [1, 1]), "rock": ([0, 0], [0.6, -0.6]), "pull": ([0.3, 0.3], [0, 0])}

@@ -98,41 +98,6 @@ def test_a_strip_in_plane_strain_has_the_fields_of_the_plane(element, x_block):
             assert thick.shape == (8, 2, 2) and np.allclose(thick[:, 0, 0], both.T @ thin)
 
 
-def bars(kind, loads):
-    """Two bars of section 1 x 1 one behind the other along x, from 0 to 3, on rollers."""
-    x, section = {"inner": np.linspace(0, 1, 3), "outer": np.linspace(1, 3, 5)}, np.linspace(-0.5, 0.5, 3)
-    faces = {"contact": lambda x: x[0] == 1, "end": lambda x: x[0] == 3, "root": lambda x: x[0] == 0}
-    meshes = {name: kind.init_tensor(x[name], section, section).with_boundaries(faces) for name in x}
-    bodies = {name: fo.Body(mesh, RUBBER) for name, mesh in meshes.items()}
-    rollers = [fo.Support("inner", "root", "x"), fo.Support("inner", (0.0, 0.0, 0.0), "yz"), fo.Support("inner", (0.0, 0.5, 0.0), "z")]
-    return fo.ContactModel(bodies, rollers, loads, [fo.Contact("outer", "inner")])
-
-
-@pytest.mark.parametrize("kind", [MeshHex, MeshTet])
-def test_uniform_tension_and_free_expansion(kind):
-    model = bars(kind, {"pull": [fo.Traction("outer", "end", x=2.0)], "heat": [fo.Expansion(name, 0.01) for name in ("inner", "outer")]})
-    system = model.condense()
-    for case, sigma, grows in (("pull", 2.0, 0.0), ("heat", 0.0, 0.01)):
-        fields = model.recover({case: 1.0}, np.zeros(system.slip_shape))
-        assert np.allclose(fields.p, -sigma * system.width, atol=1e-12) and np.abs(fields.q).max() < 1e-12
-        strain = np.array([sigma / RUBBER.E, *[-RUBBER.nu * sigma / RUBBER.E] * 2]) + grows
-        for body, mesh in ((name, body.mesh) for name, body in model.bodies.items()):
-            assert np.allclose(fields.stress[body], np.array([sigma, 0, 0, 0, 0, 0])[:, None], atol=1e-12)
-            assert np.allclose(fields.strain[body][[0, 1, 3]], strain[:, None], atol=1e-12)
-            assert np.allclose(fields.displacement[body], strain[:, None] * mesh.p, atol=1e-12)
-        stress, along = fields.at_contact(1)
-        assert np.allclose(stress, 0.0, atol=1e-12) and np.allclose(along, strain[1] * np.eye(2), atol=1e-12)
-
-
-@pytest.mark.parametrize("kind", [MeshHex, MeshTet])
-@pytest.mark.parametrize(("axis", "centre", "arm"), [((0, 0, 2), None, 2.0), ((0, -1, 0), (1.0, 7.0, 0.0), 1.0), ((1, 0, 0), None, 0.0)])
-def test_a_spinning_bar_pulls_at_its_root(kind, axis, centre, arm):
-    """The outer bar, its centre of mass at x = 2, by density times volume times the square of the speed times the arm."""
-    system = bars(kind, {"spin": [fo.Centrifugal("outer", 3.0, 2.0, centre, axis)]}).condense()
-    q, p = system.bonded["spin"]
-    assert p.sum() == pytest.approx(-3.0 * 2.0 * 4.0 * arm, abs=1e-11) and np.abs(q.sum(axis=0)).max() < 1e-11
-
-
 def curved(rise=0.02, x=X):
     """A punch with a face that rises by `rise` x^2 over a flat block, nodes above nodes."""
     punch, block = (body.mesh for body in models()[1].bodies.values())

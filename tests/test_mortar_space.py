@@ -181,15 +181,6 @@ def test_faces_that_do_not_meet_are_refused_by_name(message):
         BAD[message]()
 
 
-def test_a_body_1_that_is_coarser_than_its_partner():
-    """Told where its edges are more than four times as long."""
-    meshes = two_blocks((MeshHex, MeshHex), (2, 2), (10, 10))
-    bodies = {name: fo.Body(mesh) for name, mesh in meshes.items()}
-    parts = ([fo.Support("lower", "z-")], {"P": [fo.Traction("upper", "z+", z=-1.0)]})
-    with pytest.warns(fo.ModelWarning, match=r"the edges of body 'upper' are 4\.9 times as long as those of body 'lower'"):
-        fo.ContactModel(bodies, *parts, [fo.Contact("upper", "lower")])
-
-
 @pytest.mark.parametrize("clearance", [0.002, 0.2])
 def test_a_measured_gap_that_drowns_in_the_sag_of_the_facets_is_warned_of(clearance):
     """A pin of 20 edges in a hole of 22, whose facets lie 1 - cos(pi / 20) = 0.012 and 0.010 radii off their circles."""

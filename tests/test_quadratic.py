@@ -167,9 +167,8 @@ def test_loads_on_a_curved_body_have_the_totals_of_its_parabola(kind):
     assert pressed[0] @ up - pressed[-1] @ x == pytest.approx(0.0, abs=1e-12) and pressed[0] @ x == pytest.approx(-4 * c / 3 * thick, rel=1e-12)
     weight = forces(fo.BodyForce("body", **{name: -3.0}))
     assert weight[-1].sum() == pytest.approx(-3 * area * thick, rel=1e-12) and weight[-1] @ up == pytest.approx(-3 * high * thick, rel=1e-12)
-    spin = (
-        forces(fo.Centrifugal("body", 2.0, 1.5, axis=(0.0, 0.0, 1.0))) if d == 2 else forces(fo.Centrifugal("body", 2.0, 1.5, axis=(0.0, 1.0, 0.0)))
-    )
+    spin = forces(fo.Centrifugal("body", 2.0, 1.5, (0.0,) * d, axis=(0.0, 0.0, 2.0) if d == 2 else (0.0, 2.0, 0.0)))
+    assert d == 2 or np.abs(spin[1]).max() < 1e-12
     assert spin[-1].sum() == pytest.approx(4.5 * high * thick, rel=1e-12) and spin[0] @ x == pytest.approx(4.5 * square * thick, rel=1e-10)
     hot = forces(fo.Expansion("body", lambda x, *others: 0.01 * x**2))
     tension = 2.0 / (1 - 2 * 0.3) * 0.01  # E / (1 - 2 nu) times the strain
@@ -241,18 +240,6 @@ def test_the_pressure_of_hertz():
     """Its error is that of faces that are linear between corners, of second order; the half-plane is a body of finite size."""
     coarse, fine, finest = (pressure_of_hertz(elements) for elements in (24, 48, 96))
     assert finest == pytest.approx(1.0, abs=0.005) and abs(finest - fine) < 0.35 * abs(fine - coarse) < 0.0035
-
-
-def test_a_dovetail_is_better_with_quadratic_elements_than_with_linear_ones_of_twice_the_fineness():
-    """Against what its quadratic meshes converge to."""
-    limits = {}
-    cycle = fo.LoadCycle({"pull": 1.0}, [{"pull": 0.3, "sway": 0.1}, {"pull": -0.3, "sway": -0.1}])
-    for elements, element in ((10, "linear"), (20, "linear"), (10, "quadratic"), (40, "quadratic")):
-        model = fo.scenes.Dovetail(angle=50, elements=elements, grading=1.0).model()
-        model = replace(model, bodies={name: replace(body, element=element) for name, body in model.bodies.items()})
-        limits[elements, element] = fo.shakedown_limit(model.condense(), cycle, 0.6).load_factor
-    errors = {key: abs(limit / limits[40, "quadratic"] - 1) for key, limit in limits.items()}
-    assert errors[10, "quadratic"] < errors[20, "linear"] < errors[10, "linear"]
 
 
 def off(by):

@@ -126,56 +126,6 @@ def test_a_cylinder_slips_as_cattaneo_and_mindlin_say():
     assert np.allclose(p[inside] / system.width[inside], hertz.pressure(system.x[inside]), rtol=0.03)
 
 
-STIFF = fo.Material(E=1e3)
-SMALL = {
-    "punch": fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0, grading=3.0),
-    "rounded": fo.scenes.RoundedPunch(radius=20.0, flat_half_width=0.6, punch=fo.scenes.PunchOnHalfPlane(elements=4, grading=1.0, growth=2.0)),
-    "dovetail": fo.scenes.Dovetail(elements=4, growth=2.0, grading=3.0),
-    "open dovetail": fo.scenes.Dovetail(elements=4, growth=2.0, grading=3.0, edge_radius=1.0, blade_material=STIFF, disc_material=STIFF),
-    "open cylinder": fo.scenes.RoundedPunch(
-        radius=50.0,
-        punch=fo.scenes.PunchOnHalfPlane(elements=8, grading=1.0, growth=2.0, punch_material=STIFF, block_material=STIFF),
-    ),
-    "pin": fo.scenes.PinInPlate(elements=16, growth=2.0),
-}
-
-
-def cycle_of(name, system):
-    if name == "pin":
-        return fitted(system, [{"Fx": 1.0}, {"Fx": -1.0}]), 0.3
-    if "dovetail" in name:
-        return pull("sway"), 0.3 if "open" in name else 0.5
-    return fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}]), 0.5
-
-
-@pytest.mark.parametrize("name", SMALL)
-def test_every_scene_goes_through_the_whole_package(name):
-    system = SMALL[name].condense()
-    cycle, f = cycle_of(name, system)
-    onset = fo.onset(system, cycle, f)
-    assert onset.slip.load_factor >= 0
-    limit = fo.shakedown_limit(system, cycle, f)
-    lower = fo.guaranteed_limit(system, cycle, f)
-    assert limit.open.any() == lower.open.any() == ("open" in name)
-    factor = (0.4 if "open" in name else 0.8) * limit.load_factor  # the path of the open dovetail may jump where it slips much
-    assert 0 <= lower.load_factor <= limit.load_factor
-    safe = fo.safe_slip(system, cycle, f, factor)
-    assert safe.exists and not fo.safe_slip(system, cycle, f, 1.01 * limit.load_factor).exists
-    v0 = None if limit.open.any() else safe.slip
-    assert fo.steady_state(system, cycle, f, factor, initial_state=safe.state).outcome is fo.Outcome.SHAKEDOWN
-    above = fo.steady_state(system, cycle, f, 1.3 * limit.load_factor)
-    assert above.outcome is not fo.Outcome.SHAKEDOWN and above.dissipation > 0
-    ends = [fo.march(system, cycle, f, 1.2 * factor, initial_slip=v0, cycles=1, engine=engine, **steps) for engine, steps in ENGINES]
-    scale = np.abs(ends[0].q).max()
-    for end in ends[1:]:
-        assert np.abs(end.q[-1] - ends[0].q[-1]).max() < 0.05 * scale and np.abs(end.p[-1] - ends[0].p[-1]).max() < 0.05 * scale
-    table = fo.dissipation_study(system, cycle, f, load_factors=[factor], starts=fo.starts.random_slips(system, [1.0], 2), progress=False)
-    assert len(table) == 4 and (table["residual"] < 1e-7).all()
-
-
-ENGINES = [("path", {}), ("qp", {"steps": 8}), ("milp", {"steps": 8})]
-
-
 @pytest.mark.parametrize(
     ("kind", "fields", "said"),
     [
