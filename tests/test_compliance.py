@@ -7,7 +7,7 @@ from skfem import MeshQuad
 
 import frictopt as fo
 from frictopt.contact.parts import joined
-from meshes import wedge
+from meshes import box, wedge
 
 PAPER = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 
@@ -59,13 +59,11 @@ def test_interference_given_later_is_the_same():
 def test_moved_supports_are_those_of_their_force():
     """A block on rigid ground that is pulled down by its top: the force there, by the stress of a column."""
     x = np.linspace(0, 1, 3)
-    upper = MeshQuad.init_tensor(x, x).with_boundaries({"contact": lambda x: x[1] == 0, "top": lambda x: x[1] == 1})
-    lower = MeshQuad.init_tensor(x, x - 1).with_boundaries({"contact": lambda x: x[1] == 0, "bottom": lambda x: x[1] == -1})
     material = fo.Material(E=2.0, nu=0.0)
     model = fo.ContactModel(
-        bodies={"punch": fo.Body(upper, material), "block": fo.Body(lower, material)},
-        supports=[fo.Support("block", "bottom"), fo.Support("punch", "top")],
-        loads={"push": [fo.Displacement("punch", "top", y=-0.1)], "shear": [fo.Traction("punch", "contact", x=1.0)]},
+        bodies={"punch": fo.Body(box(MeshQuad, x, x), material), "block": fo.Body(box(MeshQuad, x, x - 1), material)},
+        supports=[fo.Support("block", "y-"), fo.Support("punch", "y+")],
+        loads={"push": [fo.Displacement("punch", "y+", y=-0.1)], "shear": [fo.Traction("punch", "contact", x=1.0)]},
     )
     system = model.condense()
     assert system.displacements([1.0, 0.0], np.zeros(3), np.zeros(3))[0] == pytest.approx(-0.1 * 0.1 * 2.0 / 2.0)  # force E/2 x 0.1, times 0.1

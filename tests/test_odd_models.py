@@ -7,7 +7,7 @@ import pytest
 from skfem import MeshHex, MeshQuad
 
 import frictopt as fo
-from meshes import blocks, hung, uniform_loads
+from meshes import blocks, box, hung, uniform_loads
 
 SYSTEM = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).condense()
 NODE_3D = fo.ContactSystem(np.eye(3), [[0.0, 0.0, 0.0]], {"P": [0, 0, 1], "Q": [1, 0, 0]})
@@ -30,12 +30,10 @@ def model(E=(1.0, 1.0), x=(None, None), **contact):
     return fo.ContactModel(bodies, hung(), uniform_loads(), [fo.Contact("punch", "block", **contact)])
 
 
-def cubes(E):
-    x = [0.0, 1.0]
-    named = {"contact": lambda x: x[2] == 0, "bottom": lambda x: x[2] == -1}
-    upper, lower = (MeshHex.init_tensor(x, x, z).with_boundaries(named) for z in ([0.0, 1.0], [-1.0, 0.0]))
-    bodies = {"punch": fo.Body(upper, fo.Material(E)), "block": fo.Body(lower)}
-    return fo.ContactModel(bodies, [fo.Support("block", "bottom")], {"W": [fo.BodyForce("punch", z=-1.0)]})
+def cubes(E=1.0, size=1.0):
+    x = np.array([0.0, 1.0])
+    bodies = {"punch": fo.Body(box(MeshHex, *[size * x] * 3), fo.Material(E)), "block": fo.Body(box(MeshHex, x, x, x - 1))}
+    return fo.ContactModel(bodies, [fo.Support("block", "z-")], {"W": [fo.BodyForce("punch", z=-1.0)]})
 
 
 def test_moduli_in_two_units():
@@ -46,15 +44,9 @@ def test_moduli_in_two_units():
 
 
 def test_lengths_in_two_units():
-    def pad(size):
-        x = np.array([0.0, 1.0])
-        upper = MeshHex.init_tensor(size * x, size * x, size * x).with_boundaries({"contact": lambda x: x[2] == 0})
-        lower = MeshHex.init_tensor(x, x, [-1.0, 0.0]).with_boundaries({"contact": lambda x: x[2] == 0, "bottom": lambda x: x[2] == -1})
-        bodies = {"pad": fo.Body(upper), "block": fo.Body(lower)}
-        return fo.ContactModel(bodies, [fo.Support("block", "bottom")], {"W": [fo.BodyForce("pad", z=-1.0)]})
-
-    (told,) = warned(lambda: pad(1e-3))
-    assert told.startswith("bodies: size = 0.001 of 'pad' and 1 of 'block'; are both in the same unit (mm or m)?") and not warned(lambda: pad(1e-2))
+    (told,) = warned(lambda: cubes(size=1e-3))
+    assert told.startswith("bodies: size = 0.001 of 'punch' and 1 of 'block'; are both in the same unit (mm or m)?")
+    assert not warned(lambda: cubes(size=1e-2))
 
 
 def test_a_body_1_that_is_coarser_than_its_partner():

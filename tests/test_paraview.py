@@ -9,6 +9,7 @@ import pyvista
 from skfem import MeshHex, MeshQuad, MeshTet
 
 import frictopt as fo
+from meshes import box
 
 CYCLE = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 
@@ -75,14 +76,11 @@ def test_a_cycle_of_the_plane(tmp_path, punch, every):
 def test_a_state_in_space(tmp_path, kind):
     """A column on a block under pressure and shear: the resultants on the face are the loads, whose traction on the body above is their opposite."""
     x = np.linspace(0, 1, 4)
-    above, below = (MeshHex.init_tensor(x, x, z) for z in (np.array([0.0, 0.5, 1.0]), np.array([-1.0, -0.5, 0.0])))
-    if kind is MeshTet:
-        above, below = above.to_meshtet(), below.to_meshtet()
-    sides = {"contact": lambda x: x[2] == 0, "end": lambda x: abs(x[2]) == 1}
+    above, below = (box(kind, x, x, z) for z in (np.array([0.0, 0.5, 1.0]), np.array([-1.0, -0.5, 0.0])))
     model = fo.ContactModel(
-        {"upper part": fo.Body(above.with_boundaries(sides)), "lower": fo.Body(below.with_boundaries(sides))},
-        [fo.Support("lower", "end")],
-        {"P": [fo.Traction("upper part", "end", z=-3.0)], "Q": [fo.Traction("upper part", "end", x=0.5, y=-0.25)]},
+        {"upper part": fo.Body(above), "lower": fo.Body(below)},
+        [fo.Support("lower", "z-")],
+        {"P": [fo.Traction("upper part", "z+", z=-3.0)], "Q": [fo.Traction("upper part", "z+", x=0.5, y=-0.25)]},
     )
     rng = np.random.default_rng(1)
     slip, gap = 1e-3 * rng.normal(size=(16, 2)), np.zeros(16)
@@ -98,25 +96,13 @@ def test_a_state_in_space(tmp_path, kind):
 def test_each_contact_has_its_facets(tmp_path):
     """Two shims side by side on a block: a corner that belongs to three contacts, in pairs that are fewer."""
     x = np.array([0.0, 0.5, 1.0])
-    left, right = (MeshQuad.init_tensor(start + x, x) for start in (0.0, 1.0))
-    base = MeshQuad.init_tensor(np.linspace(0, 2, 5), x - 1)
-    sides = {"bottom": lambda x: x[1] == 0, "top": lambda x: x[1] == 1, "between": lambda x: x[0] == 1}
+    bodies = {name: fo.Body(box(MeshQuad, start + x, x)) for name, start in (("left", 0.0), ("right", 1.0))}
+    joints = [("left", "base", "contact", "contact", "a"), ("right", "base", "contact", "contact", "b"), ("left", "right", "x+", "x-", "c")]
     model = fo.ContactModel(
-        {
-            name: fo.Body(mesh.with_boundaries(own))
-            for name, mesh, own in (
-                ("left", left, sides),
-                ("right", right, sides),
-                ("base", base, {"foot": lambda x: x[1] == -1, "top": lambda x: x[1] == 0}),
-            )
-        },
-        [fo.Support("base", "foot")],
-        {"P": [fo.Traction("left", "top", y=-1.0), fo.Traction("right", "top", y=-1.0)]},
-        contacts=[
-            fo.Contact("left", "base", "bottom", "top", name="a"),
-            fo.Contact("right", "base", "bottom", "top", name="b"),
-            fo.Contact("left", "right", "between", "between", name="c"),
-        ],
+        bodies | {"base": fo.Body(box(MeshQuad, np.linspace(0, 2, 5), x - 1))},
+        [fo.Support("base", "y-")],
+        {"P": [fo.Traction(name, "y+", y=-1.0) for name in bodies]},
+        [fo.Contact(*sides, name=name) for *sides, name in joints],
     )
     system = model.condense()
     fo.write_paraview(tmp_path / "shims.vtm", model, model.recover({"P": 1.0}, np.zeros(system.nodes)))

@@ -8,7 +8,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
+from skfem import MeshQuad, MeshTri
 
 import frictopt as fo
 
@@ -82,40 +82,6 @@ def test_meshes_that_are_mixed_or_none_are_refused(tmp_path, name, points, cells
         meshio.Mesh(points, cells).write(tmp_path / name)
     with pytest.raises(fo.ModelError, match=message):
         fo.read_mesh(tmp_path / name)
-
-
-@pytest.mark.parametrize(("cells", "faces", "kind"), [("tetra", "triangle", MeshTet), ("hexahedron", "quad", MeshHex)])
-def test_groups_of_gmsh_in_space(tmp_path, cells, faces, kind):
-    """Two cubes one above the other, with names for the lowest face and for each cube."""
-    made = kind.init_tensor([0.0, 1.0], [0.0, 1.0], [0.0, 1.0, 2.0])
-    low = np.flatnonzero(made.p[2, made.facets].max(axis=0) == 0)
-    upper = (made.p[2, made.t].mean(axis=0) > 1).astype(int)
-    order = [0, 3, 6, 2, 1, 5, 7, 4] if kind is MeshHex else slice(None)  # of gmsh, in that of scikit-fem
-    blocks = [(cells, made.t[order].T), (faces, made.facets[:, low].T)]
-    tags = {"gmsh:physical": [1 + upper, np.full(len(low), 3)], "gmsh:geometrical": [1 + upper, np.full(len(low), 1)]}
-    groups = {"first": np.array([1, 3]), "second": np.array([2, 3]), "bottom": np.array([3, 2])}
-    whole = meshio.Mesh(made.p.T, blocks, cell_data=tags, field_data=groups)
-    whole.write(tmp_path / "a.msh", file_format="gmsh22", binary=False)
-    whole.write(tmp_path / "a.vtu")  # which has no names
-    numbered = fo.read_mesh(tmp_path / "a.vtu")
-    mesh = fo.read_mesh(tmp_path / "a.msh")
-    assert {name: own.tolist() for name, own in numbered.boundaries.items()} == {"3": mesh.boundaries["bottom"].tolist()}
-    assert elements(numbered) == {"1": elements(mesh)["first"], "2": elements(mesh)["second"]}
-    assert type(mesh) is type(made) and mesh.p.shape == made.p.shape and list(mesh.boundaries) == ["bottom"]
-    assert len(mesh.boundaries["bottom"]) == len(low) and not mesh.p[2, mesh.facets[:, mesh.boundaries["bottom"]]].any()
-    bodies = fo.split_bodies(mesh, {"first": fo.Material(), "second": fo.Material()})
-    load = {"W": [fo.BodyForce("second", z=-3.0)]}
-    system = fo.ContactModel(bodies, [fo.Support("first", "bottom")], load, [fo.Contact("second", "first", "first", "second")]).condense()
-    assert system.nodes == 4 and system.bonded["W"][1].sum() == pytest.approx(3.0)
-
-
-def test_a_deck_of_solids(tmp_path):
-    nodes = "".join(f"{i + 1}, {x}, {y}, {z}\n" for i, (z, y, x) in enumerate(np.ndindex(2, 2, 2)))
-    deck = f"*NODE\n{nodes}*ELEMENT, TYPE=C3D8, ELSET=A\n1, 1, 2, 4, 3, 5, 6, 8, 7\n*NSET, NSET=TOP\n5, 6, 7, 8\n"
-    (tmp_path / "a.inp").write_text(deck)
-    mesh = fo.read_mesh(tmp_path / "a.inp")
-    assert isinstance(mesh, MeshHex) and np.all(mesh.p[2, mesh.facets[:, mesh.boundaries["TOP"]]] == 1) and mesh.subdomains["A"].tolist() == [0]
-    assert fo.BodyForce("a", x=2.0)._forces(fo.Body(mesh), "space").sum() == pytest.approx(2.0)
 
 
 UNIT = {  # nodes of one element, and the middles of its faces S1, S2, ... as the manuals of CalculiX and Abaqus number them
@@ -210,6 +176,9 @@ def test_curves_within_the_mesh_keep_their_names_in_each_version(tmp_path, versi
         groups = {"first": np.array([1, 2]), "second": np.array([2, 2]), "bottom": np.array([1, 1]), "between": np.array([2, 1])}
         mesh = meshio.Mesh(POINTS, cells, cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags}, field_data=groups)
         mesh.write(tmp_path / "a.msh", file_format="gmsh22", binary=False)
+        mesh.write(tmp_path / "a.vtu")  # which has no names
+        numbered = fo.read_mesh(tmp_path / "a.vtu")
+        assert middles(numbered) == {"1": [[0.5, 0]], "2": [[1, 0.5]]} and elements(numbered) == {"1": [0], "2": [1]}
     else:
         shutil.copy(DATA / "curves.msh", tmp_path / "a.msh")
     mesh = fo.read_mesh(tmp_path / "a.msh")
