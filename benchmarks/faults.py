@@ -325,7 +325,7 @@ FAULTS = (
           "path_*"),
     Fault("transients/exact/path.py", "events of the rate problem count as proven", "self.state.trace[2] += not solutions.complete", "pass",
           "path_*"),
-    Fault("transients/exact/derivative.py", "events in a cycle have no delay", "base[stops] += np.outer", "base[stops] += 0 * np.outer",
+    Fault("transients/exact/derivative.py", "events in a cycle have no delay", "base[stops] -= np.outer", "base[stops] -= 0 * np.outer",
           "return_map"),
     # histories
     Fault("transients/trajectory.py", "cycles begin one state late", "corners) + SIMULTANEOUS) - 1", "corners) + SIMULTANEOUS)", "march"),

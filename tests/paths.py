@@ -8,18 +8,14 @@ from frictopt.transients.exact import ExactPath
 from frictopt.transients.steady import reported
 
 
-def followed(*asked, cycles=0, **options):
-    """A path that has followed some cycles after the mean load."""
-    path = ExactPath(*asked, **options)
+def followed(*asked, cycles=0, keep=False):
+    """A path that has followed some cycles after the mean load, and if wanted keeps its states."""
+    path = ExactPath(*asked)
+    path = path.recorded() if keep else path
     path.start()
     for _ in range(cycles):
         path.run_cycle()
     return path
-
-
-def states(path):
-    """Times, u, r, statuses and work at the events of a path."""
-    return [np.concatenate(parts) for parts in zip(*path.history, strict=True)]
 
 
 def settled(path):
@@ -38,7 +34,7 @@ def bonded_at(path, times):
 def judged(path):
     """The referee's residual over all states since the mean load."""
     n = path.nodes
-    time, u, r, _, _ = states(path)
+    time, u, r, _, _ = path.states()
     loaded = time >= 0
     u, r, load = u[loaded], r[loaded], bonded_at(path, time[loaded])
     return fo.reference.referee(

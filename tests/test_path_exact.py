@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from frictopt import Outcome, steady_state
-from paths import followed, judged, states
+from paths import followed, judged
 from systems import CYCLE, random_system, system
 
 
@@ -19,7 +19,7 @@ def test_every_state_obeys_the_law(seed, nodes, corners, size, with_gap):
     cycle = fo.LoadCycle({"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in rng.normal(size=(corners, 2))])
     path = followed(contact, cycle, friction, size, rng.normal(size=nodes), keep=True, cycles=3)
     assert judged(path) < 1e-9
-    work = states(path)[4]
+    work = path.states()[4]
     assert (np.diff(work, axis=0) >= 0).all() and path.visited == 3 * corners
 
 

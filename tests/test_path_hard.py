@@ -8,7 +8,7 @@ from scipy.linalg import block_diag
 
 import frictopt as fo
 from frictopt import Outcome, steady_state
-from paths import followed, judged, states
+from paths import followed, judged
 from systems import CYCLE, random_system, system
 
 
@@ -36,7 +36,7 @@ def test_a_node_without_friction_lifts_off():
     contact = system(1.0, 0.0, 0.0, 1.0, 0.0, 2.0, C=1.0)
     for friction in (0.0, 1e-15, 1e-12):
         path = followed(contact, CYCLE, friction, 1.0, keep=True, cycles=1)
-        time, u, _, status, _ = states(path)
+        time, u, _, status, _ = path.states()
         assert judged(path) < 1e-12 and 2 in status
         assert u[np.flatnonzero(time == 1.0)[0], 1] == pytest.approx(1.0)
         assert steady_state(contact, CYCLE, friction, 1.0).outcome is Outcome.SHAKEDOWN

@@ -5,7 +5,7 @@ from numba import njit
 
 import frictopt as fo
 from frictopt.transients.exact import kernel
-from frictopt.transients.exact.kernel import new_proof, new_state
+from frictopt.transients.exact.kernel import new_active_set, new_state
 from systems import mirrored, odd
 
 
@@ -71,7 +71,7 @@ def test_a_proof_holds_exactly_where_the_quadratic_form_is_definite():
     rng, verdicts = np.random.default_rng(2), []
     for _ in range(20):
         n, contact = 6, mirrored(rng, 6)
-        proof, friction, S = new_proof(n), rng.uniform(3.0, 12.0, size=n), np.ascontiguousarray(contact.S)
+        proof, friction, S = new_active_set(n), rng.uniform(3.0, 12.0, size=n), np.ascontiguousarray(contact.S)
         status = np.zeros(n, dtype=np.int8)
         for _ in range(15):
             status[rng.integers(n)] = rng.choice([0, 0, 1, -1, 2])
@@ -91,4 +91,4 @@ def test_nothing_is_proven_of_a_closed_node_without_pressure():
     for friction, pressure, gap, proven in ((0.2, 1.0, 0.0, True), (0.2, 0.0, 0.0, False), (0.0, 0.0, 0.0, False), (0.2, 0.0, 1.0, True)):
         state = new_state(np.array([0.0, 0.0, gap, 0.0]), np.array([0.0, 0.0, pressure, 1.0]), np.zeros(2))
         state.status[0] = 2 if gap else 0
-        assert prove(S, np.full(2, friction), state, np.ones(2), new_proof(2)) == proven
+        assert prove(S, np.full(2, friction), state, np.ones(2), new_active_set(2)) == proven

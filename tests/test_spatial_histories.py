@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.histories.ascent import _tangents
-from frictopt.histories.increment_map import increment_map
+from frictopt.histories.ascent import _tangents, increment_map
 from frictopt.histories.starts import LoadStep, smooth_modes
 from frictopt.transients.paths import path_of
 from paths import settled

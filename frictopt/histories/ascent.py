@@ -6,14 +6,17 @@ circle, one of them at the shear itself. All other motions follow, because the o
 it decides.
 """
 
+from copy import copy
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import linprog
 
 from ..contact.checks import Array
 from ..contact.tolerances import CONDENSATION
-from ..transients.begin import Transient
+from ..transients.begin import OPEN, STICK, Transient
 from ..transients.exact import ReturnMap
-from .increment_map import IncrementMap
+from ..transients.stepped import Point, SteppedPath
 
 _STAYING = CONDENSATION  # motions that a cycle changes by less than this share stay as they are: the data have this error
 _TIGHTEST = 2  # events whose bounds each locked node keeps in the program: the ones where it has least reserve
@@ -32,7 +35,7 @@ class Ascent:
         (N,) largest slip of the changed orbit at the last corner, length; None for no bound.
     """
 
-    def __init__(self, path: Transient, cycle: ReturnMap | IncrementMap, sense: int, most: Array | None) -> None:
+    def __init__(self, path: Transient, cycle: ReturnMap, sense: int, most: Array | None) -> None:
         tangents, n = path.system.tangents, path.nodes
         self._most, self._before = most, cycle.before[:-n].reshape(tangents, n)
         follow = _followed(cycle, tangents)
@@ -73,7 +76,7 @@ class Ascent:
         return change[0] if len(change) == 1 else change.T, float(self._gain @ locked)
 
 
-def _followed(cycle: ReturnMap | IncrementMap, tangents: int) -> Array:
+def _followed(cycle: ReturnMap, tangents: int) -> Array:
     """(M, L) changes of the state of a periodic orbit with the L slips of its locked nodes."""
     locked = np.r_[np.tile(cycle.locked, tangents), np.zeros_like(cycle.locked)]
     follow = np.zeros((len(locked), int(locked.sum())))
@@ -85,7 +88,7 @@ def _followed(cycle: ReturnMap | IncrementMap, tangents: int) -> Array:
     return follow
 
 
-def _bounds(path: Transient, cycle: ReturnMap | IncrementMap, follow: Array) -> tuple[Array, Array]:
+def _bounds(path: Transient, cycle: ReturnMap, follow: Array) -> tuple[Array, Array]:
     """Rows of `rows @ change + reserve >= 0`, and the reserves: bounds of locked nodes at their tightest events, over the node's bound there."""
     n, nodes, f, S = path.nodes, np.flatnonzero(cycle.locked), path.friction, path.system.S
     q, p = cycle.r[..., :-n].reshape(*cycle.r.shape[:2], -1, n), cycle.r[..., -n:]
@@ -112,3 +115,67 @@ def _tangents(q: Array) -> list[Array]:
     along = np.where(size > 0, q / np.where(size > 0, size, 1.0), [[1.0], [0.0]])
     across = np.stack([-along[..., 1, :], along[..., 0, :]], axis=-2)
     return [along, across, -along, -across]
+
+
+def increment_map(path: SteppedPath) -> ReturnMap:
+    """One cycle of increments from the corner at which a transient is, which stays there, with its derivative.
+
+    An increment takes the slip `v'` before it to the state `u = [v, w - g0]` after it. Sticking nodes keep their slip; a node that slips by
+    `d = v - v'` obeys `q + f p d / |d| = 0`, an open one q = p = 0. With these statuses the derivatives follow from one linear system for each
+    increment::
+
+        dq + f dp e + f p (1 - e e^T) (dv - dv') / |d| = 0,   e = d / |d|,        dq = dp = 0 at open nodes
+
+    In the plane the term with `1 - e e^T` vanishes. The work of an increment is the way slid times the mean bound, as `SteppedPath` counts it.
+
+    Raises
+    ------
+    NoContinuation, SolverError
+        An increment has no valid answer.
+    """
+    begin, follower, points = path.state, copy(path), list[Point]()
+    for leg in path.legs:
+        points += follower.follow_to(*leg)
+    n, m, S, f = path.nodes, len(begin.u), path.system.S, path.friction
+    D = np.diag(np.r_[np.ones(m - n), np.zeros(n)])  # a gap follows from the slips of the others
+    gradient, derivatives, previous = np.zeros(m), [], begin
+    for point in points:
+        slips = (point.status != STICK) & (point.status != OPEN)
+        d = (point.u - previous.u)[:-n].reshape(-1, n)
+        size = np.linalg.norm(d, axis=0)
+        slips &= size > 0  # one that turns to stick within rounding of its bound
+        new = _after(S, f, point, D, slips, d)
+        dp, mean = S[-n:] @ (D + new) / 2, (previous.r + point.r)[-n:] / 2
+        for node in np.flatnonzero(slips):
+            along = node + n * np.arange(len(d))
+            e = d[:, node] / size[node]
+            gradient += f[node] * (size[node] * dp[node] + mean[node] * (e @ (new[along] - D[along])))
+        D, previous = new, point
+        derivatives.append(D)
+    return ReturnMap(
+        before=begin.u,
+        derivative=D,
+        work_gradient=gradient,
+        status=np.array([point.status for point in points]),
+        r=np.array([point.r for point in points])[:, None],
+        motion_derivative=lambda increment, rows: np.asarray(rows @ derivatives[increment]),
+    )
+
+
+def _after(S: Array, f: Array, point: Point, D: Array, slips: NDArray[np.bool_], d: Array) -> Array:
+    """(M, M) derivative of u after an increment by `d` (t, N) to a state at which some nodes slip, from that before it."""
+    n, t, opened = len(f), len(d), point.status == OPEN
+    moving = np.r_[np.tile(slips | opened, t), opened]
+    rows, right = S.copy(), np.zeros_like(D)
+    size = np.where(slips, np.linalg.norm(d, axis=0), 1.0)
+    for node in np.flatnonzero(slips):
+        along = node + n * np.arange(t)
+        e = d[:, node] / size[node]
+        across = f[node] * point.r[t * n + node] / size[node] * (np.eye(t) - np.outer(e, e))
+        rows[along] += f[node] * np.outer(e, S[t * n + node])
+        rows[np.ix_(along, along)] += across
+        right[along] = across @ D[along]
+    new = np.where(moving[:, None], 0.0, D)
+    new[-n:] = 0.0
+    new[moving] = np.linalg.solve(rows[np.ix_(moving, moving)], (right - rows @ new)[moving])
+    return new

@@ -18,8 +18,7 @@ from ..transients.exact import ExactPath, return_map
 from ..transients.paths import path_of
 from ..transients.steady import reported
 from ..transients.stepped import SteppedPath
-from .ascent import Ascent
-from .increment_map import increment_map
+from .ascent import Ascent, increment_map
 from .range_starts import shortened
 from .starts import spread
 

@@ -90,7 +90,7 @@ def march(
     start = system, cycle, friction, load_factor, initial_slip
     path: ExactPath | SteppedPath
     if way == "path":
-        path, error = ExactPath(*start, initial_state=initial_state, keep=True), 0.0
+        path, error = ExactPath(*start, initial_state=initial_state).recorded(), 0.0
         time, bonded, u, r, status, work = _exactly(path, cycles)
     else:
         with bar_of(progress, "march", "cycle", total=len(counts) * cycles, delay=2) as bar:
@@ -167,7 +167,7 @@ def _exactly(path: ExactPath, cycles: int) -> tuple[Array, ...]:
     path.start()
     for _ in range(cycles):
         path.run_cycle()
-    time, *states = (np.concatenate(parts) for parts in zip(*path.history, strict=True))
+    time, *states = path.states()
     stations = first + np.arange(len(loads), dtype=np.float64)
     return time, np.array([np.interp(time, stations, values) for values in loads.T]).T, *states
 

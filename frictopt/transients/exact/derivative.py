@@ -10,6 +10,7 @@ The work of friction of a cycle is that of the loads less the elastic energy gai
 `r . du` at its end, plus `r . du` at its beginning in the first order of a change du of the state `u = [v, w - g0]`.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -27,26 +28,23 @@ _INSTANT = ROUNDING / 10  # stretches of a segment shorter than this share of it
 
 @dataclass(frozen=True, eq=False)
 class ReturnMap:
-    """One cycle of a path with its derivative.
+    """One cycle of a transient with its derivative: exact, or of increments.
 
     Attributes
     ----------
-    before, after
-        (2N,) `u = [v, w - g0]` at its beginning and at its end, length.
-    work
-        Work of friction, force times length per depth.
+    before
+        (M,) `u = [v, w - g0]` at its beginning, length.
     derivative
-        (2N, 2N) derivative of `after` with respect to `before`.
+        (M, M) derivative of u at its end with respect to `before`. On the exact path it may differ from direction to direction where several events
+        that happen at once stop a motion; it is then that of one of them.
     work_gradient
-        (2N,) derivative of `work` with respect to `before`, force per depth.
-    locked
-        (N,) whether the node sticks all the time: its slip stays as it is.
-    smooth
-        Whether the derivative is the same in all directions. It is not where several events that happen at once stop a motion.
+        (M,) derivative of the work of friction with respect to `before`, force (per depth).
     status
-        (E, N) statuses on each stretch between two events: 0 stick, +1 and -1 slip along +x and against it, 2 open.
+        (E, N) statuses on each stretch between two events, or after each increment: 0 stick, +1 and -1 slip along +x and against it, 2 open.
     r
-        (E, 2, 2N) reactions `[q, p]` at the beginning and at the end of each stretch, force per depth.
+        (E, 2, M) reactions `[q, p]` at the beginning and at the end of each stretch, (E, 1, M) after each increment, force (per depth).
+    motion_derivative
+        (m, M) `rows @ D`, from the number of a stretch and rows (m, M), with D the derivative of u there with respect to `before`.
 
     Examples
     --------
@@ -58,25 +56,21 @@ class ReturnMap:
     >>> path.start()
     >>> path.run_cycle()
     >>> one = return_map(path)
-    >>> one.locked.tolist(), round(one.work, 6), (one.derivative.diagonal()[:4].round(6) + 0.0).tolist()
-    ([False, True, True, True], 1.0, [0.0, 1.0, 1.0, 1.0])
+    >>> one.locked.tolist(), (one.derivative.diagonal()[:4].round(6) + 0.0).tolist()
+    ([False, True, True, True], [0.0, 1.0, 1.0, 1.0])
     """
 
     before: Array
-    after: Array
-    work: float
     derivative: Array
     work_gradient: Array
-    locked: NDArray[np.bool_]
-    smooth: bool
     status: NDArray[np.int8]
     r: Array
-    _stretches: "tuple[tuple[_Growth, int], ...]"
+    motion_derivative: Callable[[int, Array], Array]
 
-    def motion_derivative(self, stretch: int, rows: Array) -> Array:
-        """(m, 2N) `rows @ D`, with D the derivative of u on a stretch with respect to `before`; rows (m, 2N)."""
-        growth, begun = self._stretches[stretch]
-        return growth.reduced(rows, begun) @ growth.base
+    @property
+    def locked(self) -> NDArray[np.bool_]:
+        """(N,) whether the node sticks all the time: its slip stays as it is."""
+        return np.asarray((self.status == STICK).all(axis=0))
 
 
 def return_map(path: ExactPath) -> ReturnMap:
@@ -96,19 +90,53 @@ def return_map(path: ExactPath) -> ReturnMap:
     >>> path = ExactPath(rod, cycle, friction=0.5, load_factor=1.0)
     >>> path.start()
     >>> path.run_cycle()
-    >>> return_map(path).work, path.visited
-    (1.0, 2)
+    >>> return_map(path).status.shape, path.visited
+    ((2, 4), 2)
     """
-    return _Follower(path.recorded()).map()
+    path = path.recorded()
+    n, last, before, start = path.nodes, path.state.status.copy(), path.state.u.copy(), path.state.r.copy()
+    closed = np.r_[np.ones(n), last == OPEN]  # the gap of a closed node has no freedom
+    growth, gradient = _growth(path, np.full(n, STICK), np.diag(closed)), np.zeros(2 * n)
+    kept: list[tuple[_Growth, int, NDArray[np.int8], Array]] = []  # on each stretch, with statuses and reactions
+    for corner, where in path.legs:
+        drive, begin = corner - path.bonded, path.visited
+        path.history.clear()
+        path.follow_to(corner, where)
+        time, _, r, status, _ = path.states()
+        length = np.diff(time - begin)
+        last = np.where(last == OPEN, OPEN, STICK)  # slipping nodes stick at the corner; the new direction says which slip
+        growth = _growth(path, last, growth.derivative())
+        stretches: dict[_Growth, list[tuple[int, float]]] = {}
+        for k in np.flatnonzero(length > _INSTANT):
+            growth, last = _after_event(path, growth, last, status[k], drive), status[k]
+            stretches.setdefault(growth, []).append((len(growth.order), length[k]))
+            kept.append((growth, len(growth.order), last.astype(np.int8), r[k : k + 2]))
+        for one, own in stretches.items():
+            gradient += one.integral(drive, own)
+    derivative = growth.derivative()
+
+    def motion_derivative(stretch: int, rows: Array) -> Array:
+        one, begun, *_ = kept[stretch]
+        return np.asarray(one.reduced(rows, begun) @ one.base)
+
+    return ReturnMap(
+        before=frozen(before),
+        derivative=frozen(derivative),
+        work_gradient=frozen(gradient + start - path.state.r @ derivative),
+        status=np.array([status for *_, status, _ in kept], dtype=np.int8).reshape(-1, n),
+        r=frozen(np.reshape([r for *_, r in kept], (-1, 2, 2 * n))),
+        motion_derivative=motion_derivative,
+    )
 
 
+@dataclass(eq=False)
 class _Growth:
     """Motions that begin one after the other while none stops, and how they follow from those that rest.
 
     Their equations K are factored as L U without exchange of rows. So the leading blocks of the inverse factors are those of the motions that have
     begun first, and one factorisation serves all stretches.
 
-    Parameters
+    Attributes
     ----------
     S, factor
         (2N, 2N) stiffness, and (2N,) factor of p in the equation of each motion.
@@ -118,8 +146,10 @@ class _Growth:
         Those of u (2N,) that move, in the order in which they begin. It may grow until the factors are asked for.
     """
 
-    def __init__(self, S: Array, factor: Array, base: Array, order: list[int]) -> None:
-        self.S, self.factor, self.base, self.order = S, factor, base, order
+    S: Array
+    factor: Array
+    base: Array
+    order: list[int]
 
     @cached_property
     def equations(self) -> Array:
@@ -166,112 +196,45 @@ class _Growth:
         share = (row[self.order] @ upper * lasting[1:]) @ lower
         return np.asarray((lasting[0] * row - share @ self.equations) @ self.base)
 
-    def solve(self, right: Array) -> Array:
-        """What all the motions are, by the right sides (n, ...) of their equations."""
-        lower, upper = self.inverses
-        return np.asarray(upper @ (lower @ right))
-
     def derivative(self) -> Array:
         """(2N, 2N) the derivative when all have begun."""
-        found, rest = self.base.copy(), self.equations.copy()
+        (lower, upper), found, rest = self.inverses, self.base.copy(), self.equations.copy()
         rest[:, self.order] = 0.0
-        found[self.order] = -self.solve(rest @ self.base)
+        found[self.order] = -upper @ (lower @ (rest @ self.base))
         return found
 
-
-class _Follower:
-    """Follows the cycle segment by segment and carries the derivative along."""
-
-    def __init__(self, path: ExactPath) -> None:
-        self.path, n = path, path.nodes
-        self.status = path.state.status.copy()  # on the last stretch
-        closed = np.r_[np.ones(n), self.status == OPEN]  # the gap of a closed node has no freedom
-        self.growth = self._growth(np.full(n, STICK), np.diag(closed))
-        self.gradient = np.zeros(2 * n)
-        self.smooth = True
-        self.kept: list[tuple[tuple[_Growth, int], np.ndarray, Array]] = []  # with statuses and reactions
-
-    def map(self) -> ReturnMap:
-        path, n = self.path, self.path.nodes
-        before, start, work = path.state.u.copy(), path.state.r.copy(), path.state.work.sum()
-        for leg in path.legs:
-            self._segment(*leg)
-        derivative = self.growth.derivative()
-        stretches, status, reactions = zip(*self.kept, strict=True) if self.kept else ((), np.zeros((0, n), np.int8), np.zeros((0, 2, 2 * n)))
-        return ReturnMap(
-            before=frozen(before),
-            after=frozen(path.state.u),
-            work=float(path.state.work.sum() - work),
-            derivative=frozen(derivative),
-            work_gradient=frozen(self.gradient + start - path.state.r @ derivative),
-            locked=(np.array(status) == STICK).all(axis=0),
-            smooth=self.smooth,
-            status=np.array(status),
-            r=frozen(reactions),
-            _stretches=tuple(stretches),
-        )
-
-    def _segment(self, corner: Array, where: str) -> None:
-        path = self.path
-        drive, begin = corner - path.bonded, path.visited
-        path.history.clear()
-        path.follow_to(corner, where)
-        time, _, r, status, _ = (np.concatenate(parts) for parts in zip(*path.history, strict=True))
-        length = np.diff(time - begin)
-        turned = np.where(self.status == OPEN, OPEN, STICK).astype(np.int8)  # slipping nodes stick at the corner; the new direction says which slip
-        self.growth, self.status = self._growth(turned, self.growth.derivative()), turned
-        stretches: dict[_Growth, list[tuple[int, float]]] = {}
-        for k in np.flatnonzero(length > _INSTANT):
-            self._event(status[k], drive)
-            begun = len(self.growth.order)
-            stretches.setdefault(self.growth, []).append((begun, length[k]))
-            self.kept.append(((self.growth, begun), status[k], r[k : k + 2]))
-        for growth, own in stretches.items():
-            self.gradient += growth.integral(drive, own)
-
-    def _growth(self, status: np.ndarray, base: Array) -> _Growth:
-        return _Growth(self.path.system.S, self._factor(status), base, np.flatnonzero(np.concatenate([status != STICK, status == OPEN])).tolist())
-
-    def _factor(self, status: np.ndarray) -> Array:
-        """(2N,) factor of p in the equations of motions under these statuses."""
-        return np.concatenate([status * self.path.friction * (status != OPEN), np.zeros(len(status))])
-
-    def _event(self, status: np.ndarray, drive: Array) -> None:
-        """Carry the derivative over an event to the stretch with these statuses."""
-        moving = np.concatenate([status != STICK, status == OPEN])
-        if np.any((self.status != STICK) & (status != self.status)):  # some node stops, opens or closes
-            base, stops = self.growth.derivative(), np.array(self.growth.order, dtype=np.intp)
-            stops = stops[~moving[stops]]
-            if len(stops):
-                base[stops] += np.outer(self._rate(drive)[stops], self._delay(status, drive))
-                base[len(status) :][status != OPEN] = 0.0
-            self.growth = self._growth(status, base)
-        else:
-            moving[self.growth.order] = False
-            self.growth.order += np.flatnonzero(moving).tolist()
-            self.growth.factor = self._factor(status)
-        self.status = status
-
-    def _rate(self, drive: Array) -> Array:
-        """(2N,) rates of u on the last stretch."""
-        growth, rate = self.growth, np.zeros_like(drive)
-        load = drive + growth.factor * np.tile(drive[self.path.nodes :], 2)
-        rate[growth.order] = -growth.solve(load[growth.order])
+    def rate(self, drive: Array) -> Array:
+        """(2N,) rates of u under rates of the bonded reactions when all have begun."""
+        (lower, upper), rate = self.inverses, np.zeros_like(drive)
+        load = drive + self.factor * np.tile(drive[len(drive) // 2 :], 2)
+        rate[self.order] = -upper @ (lower @ load[self.order])
         return rate
 
-    def _delay(self, status: np.ndarray, drive: Array) -> Array:
-        """(2N,) derivative of the time of an event that stops some motion: at it one node begins to slip, opens or closes."""
-        n, opens, opened = self.path.nodes, status == OPEN, self.status == OPEN
-        causes = np.flatnonzero((opens != opened) | ((self.status == STICK) & (status != STICK)))
-        self.smooth = self.smooth and len(causes) == 1
-        if not len(causes):
-            return np.zeros(2 * n)
-        node = int(causes[0])
-        if opened[node]:
-            row, load = np.eye(2 * n)[n + node], 0.0
-        else:
-            weights = (0.0, 1.0) if opens[node] else (1.0, float(status[node] * self.path.friction[node]))
-            S = self.path.system.S
-            row, load = weights[0] * S[node] + weights[1] * S[n + node], weights[0] * drive[node] + weights[1] * drive[n + node]
-        growth = self.growth
-        return np.asarray(-(growth.reduced(row[None], len(growth.order)) @ growth.base)[0] / (row @ self._rate(drive) + load))
+
+def _growth(path: ExactPath, status: NDArray[np.int8], base: Array) -> _Growth:
+    """The motions under these statuses, which begin at once."""
+    factor = np.concatenate([status * path.friction * (status != OPEN), np.zeros(path.nodes)])
+    return _Growth(path.system.S, factor, base, np.flatnonzero(np.concatenate([status != STICK, status == OPEN])).tolist())
+
+
+def _after_event(path: ExactPath, growth: _Growth, before: NDArray[np.int8], status: NDArray[np.int8], drive: Array) -> _Growth:
+    """The motions after an event that takes some statuses to others, on a segment that changes the bonded reactions by `drive`.
+
+    A motion that stops does so when some node begins to slip, opens or closes: its end moves with the time of that event.
+    """
+    new, n, opens, opened = _growth(path, status, growth.base), path.nodes, status == OPEN, before == OPEN
+    if not np.any((before != STICK) & (status != before)):  # nodes only begin to move
+        growth.factor, begun = new.factor, set(growth.order)
+        growth.order += [motion for motion in new.order if motion not in begun]
+        return growth
+    new.base = growth.derivative()
+    stops = np.setdiff1d(growth.order, new.order)
+    causes = np.flatnonzero((opens != opened) | ((before == STICK) & (status != STICK)))
+    if len(stops):
+        if len(causes):
+            node, rate, weights = int(causes[0]), growth.rate(drive), np.zeros(2 * n)
+            weights[node], weights[n + node] = (0.0, 1.0) if opens[node] else (1.0, status[node] * path.friction[node])
+            row, load = (np.eye(2 * n)[n + node], 0.0) if opened[node] else (weights @ growth.S, weights @ drive)
+            new.base[stops] -= np.outer(rate[stops], (row @ new.base) / (row @ rate + load))
+        new.base[n:][~opens] = 0.0
+    return new

@@ -70,8 +70,8 @@ class State(NamedTuple):
     near
         (N,) nodes that do not plainly stick, see `find_near`; the first ones are in use.
     trace
-        (3,) number of events; signature of the changes of status, which does not depend on their order within a segment; number of events whose
-        rates are not proven to be unique.
+        (4,) number of events; signature of the changes of status, which does not depend on their order within a segment; number of events whose
+        rates are not proven to be unique; number of states in the record.
     """
 
     u: np.ndarray
@@ -91,7 +91,7 @@ class State(NamedTuple):
 
 
 class ActiveSet(NamedTuple):
-    """Unknowns of the rate problem, n of them, and the inverse of their stiffness.
+    """Unknowns of the rate problem, n of them, and the inverse of their stiffness; or, as a proof, the Cholesky factor of its symmetric part.
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ class ActiveSet(NamedTuple):
     place
         (2N,) position of each entry of `[v, w]` among the unknowns; -1 if it is not an unknown.
     inverse
-        (2N, 2N) the inverse; the leading (n, n) block is in use.
+        (2N, 2N) the inverse, or the factor; the leading (n, n) block is in use.
     left, right, column
         (2N,) room for the border of a new unknown.
     """
@@ -119,60 +119,11 @@ class ActiveSet(NamedTuple):
     column: np.ndarray
 
 
-class Proof(NamedTuple):
-    """Factor of the quadratic form that proves rates to be unique, for n unknowns.
-
-    Attributes
-    ----------
-    size
-        (1,) n.
-    unknown, weight
-        (2N,) index of each unknown in `[v, w]`, and the factor `sense * f` of dp in its row; the first n entries are in use.
-    place
-        (2N,) position of each entry of `[v, w]` among the unknowns; -1 if it is not an unknown.
-    factor
-        (2N, 2N) Cholesky factor; the leading (n, n) block is in use.
-    """
-
-    size: np.ndarray
-    unknown: np.ndarray
-    weight: np.ndarray
-    place: np.ndarray
-    factor: np.ndarray
-
-
-class Record(NamedTuple):
-    """States at the events: times (T,), `u` and `r` (T, 2N), status and work (T, N), and the number of rows in use (1,)."""
-
-    time: np.ndarray
-    u: np.ndarray
-    r: np.ndarray
-    status: np.ndarray
-    work: np.ndarray
-    used: np.ndarray
-
-
 def new_active_set(nodes: int) -> ActiveSet:
-    """An empty active set."""
-    return ActiveSet(*new_proof(nodes), np.zeros(2 * nodes), np.zeros(2 * nodes), np.zeros(2 * nodes))
-
-
-def new_proof(nodes: int) -> Proof:
-    """An empty proof."""
-    whole, one = 2 * nodes, np.zeros(1, dtype=np.int64)
-    return Proof(one, np.zeros(whole, dtype=np.int64), np.zeros(whole), np.full(whole, -1, dtype=np.int64), np.zeros((whole, whole)))
-
-
-def new_record(rows: int, nodes: int) -> Record:
-    """An empty record for so many states."""
-    return Record(
-        time=np.zeros(rows),
-        u=np.zeros((rows, 2 * nodes)),
-        r=np.zeros((rows, 2 * nodes)),
-        status=np.zeros((rows, nodes), dtype=np.int8),
-        work=np.zeros((rows, nodes)),
-        used=np.zeros(1, dtype=np.int64),
-    )
+    """An empty active set or proof."""
+    left, right, column, weight = np.zeros((4, 2 * nodes))
+    unknown, none = np.zeros(2 * nodes, dtype=np.int64), np.full(2 * nodes, -1, dtype=np.int64)
+    return ActiveSet(np.zeros(1, dtype=np.int64), unknown, weight, none, np.zeros((2 * nodes, 2 * nodes)), left, right, column)
 
 
 _OPTIONS = {
@@ -266,7 +217,7 @@ def _remove(active, old):
 
 @_inner
 def _clear(size, unknown, place):
-    """Remove all unknowns of an active set or of a proof."""
+    """Remove all unknowns."""
     for a in range(size[0]):
         place[unknown[a]] = -1
     size[0] = 0
@@ -529,7 +480,7 @@ def _symmetric_entry(S, one, weight, other, other_weight):
 @_inner
 def _include(S, proof, unknown, weight):
     """Add an unknown to the factor; returns whether the form is positive definite with it."""
-    n, L = proof.size[0], proof.factor
+    n, L = proof.size[0], proof.inverse
     left = _symmetric_entry(S, unknown, weight, unknown, weight)
     for a in range(n):
         entry = _symmetric_entry(S, unknown, weight, proof.unknown[a], proof.weight[a])
@@ -630,15 +581,15 @@ def _advance(f, bonded, time, state, step):
 
 @_once
 def _add_row(record, state, time):
-    row = record.used[0]
-    record.time[row] = time
-    for k in range(len(state.u)):
-        record.u[row, k] = state.u[k]
-        record.r[row, k] = state.r[k]
-    for node in range(len(state.status)):
-        record.status[row, node] = state.status[node]
-        record.work[row, node] = state.work[node]
-    record.used[0] = row + 1
+    row, motions, nodes = state.trace[3], len(state.u), len(state.status)
+    record[row, 0] = time
+    for k in range(motions):
+        record[row, 1 + k] = state.u[k]
+        record[row, 1 + motions + k] = state.r[k]
+    for node in range(nodes):
+        record[row, 1 + 2 * motions + node] = state.status[node]
+        record[row, 1 + 2 * motions + nodes + node] = state.work[node]
+    state.trace[3] = row + 1
 
 
 @_once
@@ -685,7 +636,7 @@ def follow(S, f, bonded, ahead, state, active, proof, force, start, begins, reco
     start, begins
         Time to start at, and whether the segment begins there; else the statuses agree with the rates there already.
     record
-        States at the events; length 0: they are not recorded.
+        (rows, 1 + 6N) takes times, u, r, statuses and work at the events; without rows they are not recorded.
 
     Returns
     -------
@@ -710,8 +661,8 @@ def follow(S, f, bonded, ahead, state, active, proof, force, start, begins, reco
                 return code, time
             if not prove(S, f, state, force, proof, near):
                 state.trace[2] += 1
-        if len(record.time) > 0:
-            if record.used[0] == len(record.time):
+        if len(record) > 0:
+            if state.trace[3] == len(record):
                 return FULL, time
             _add_row(record, state, time)
         settled, known = False, True
@@ -910,7 +861,7 @@ def new_state(u: np.ndarray, r: np.ndarray, gap: np.ndarray) -> State:
     status, wanted, counted = np.zeros((3, nodes), np.int8)
     work, slid = np.zeros((2, nodes))
     u_rate, r_rate, load_rate = np.zeros((3, 2 * nodes))
-    near, trace = np.zeros(nodes, dtype=np.int64), np.zeros(3, dtype=np.int64)
+    near, trace = np.zeros(nodes, dtype=np.int64), np.zeros(4, dtype=np.int64)
     return State(u, r, gap, status, work, slid, np.zeros(1), u_rate, r_rate, load_rate, wanted, counted, near, trace)
 
 
@@ -924,6 +875,6 @@ def compiled() -> None:
         notice.start()
     S, f, load = np.eye(2), np.ones(1), np.zeros(2)
     S.flags.writeable = False  # as that of a system: numba compiles once more for an array of another kind
-    state, active, proof = new_state(np.zeros(2), np.array([0.0, 1.0]), np.zeros(1)), new_active_set(1), new_proof(1)
-    follow(S, f, load, load, state, active, proof, np.ones(1), 0.0, True, new_record(0, 1))
+    state = new_state(np.zeros(2), np.array([0.0, 1.0]), np.zeros(1))
+    follow(S, f, load, load, state, new_active_set(1), new_active_set(1), np.ones(1), 0.0, True, np.zeros((0, 7)))
     notice.cancel()

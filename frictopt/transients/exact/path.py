@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...contact import ContactState, ContactSystem, LoadCycle
-from ...contact.checks import Array, flag
+from ...contact.checks import Array
 from ...contact.coulomb import off_law
 from ...contact.history import turning_points
 from ...contact.system import checked_plane
@@ -16,7 +16,6 @@ from ..begin import Transient
 from ..cycle import Cycle
 from .kernel import (
     DONE,
-    FULL,
     NOT_UNIQUE,
     OPEN,
     STALLED,
@@ -24,8 +23,6 @@ from .kernel import (
     compiled,
     follow,
     new_active_set,
-    new_proof,
-    new_record,
     new_state,
     set_statuses,
 )
@@ -62,18 +59,13 @@ class ExactPath(Transient):
         (N,) slip left from assembly, length; None for none.
     initial_state
         An earlier state, instead of a slip.
-    keep
-        Whether to keep the states at all events.
-
     Attributes
     ----------
     state
         The present state, see `State` in `kernel.py`.
     history
-        With `keep`: list of tuples of times (T,), `u` and `r` (T, 2N), statuses and work (T, N), after each event and at each corner. The time
-        counts the corners visited.
-    fallbacks
-        Number of events at which the iteration on the signs of the rates did not converge.
+        Of a path that is `recorded`: arrays of times (T,), `u` and `r` (T, 2N), statuses and work (T, N) side by side, after each event and at each
+        corner. The time counts the corners visited.
 
     Raises
     ------
@@ -102,7 +94,6 @@ class ExactPath(Transient):
         initial_slip: ArrayLike | None = None,
         *,
         initial_state: ContactState | None = None,
-        keep: bool = False,
     ) -> None:
         super().__init__(
             checked_plane(system, "follow it by march or steady_state, in increments"), cycle, friction, load_factor, initial_slip, initial_state
@@ -111,13 +102,11 @@ class ExactPath(Transient):
         self._S, self.unit = system.S, np.tile(self.scales.length, 2)
         self.turns = turning_corners(cycle, self.load_factor)
         compiled()
-        self.fallbacks = 0
-        self.history: list[tuple[Array, ...]] = []
-        self._active, self._proof = new_active_set(nodes), new_proof(nodes)
+        self.history: list[Array] = []
+        self._active, self._proof, self._record = new_active_set(nodes), new_active_set(nodes), np.zeros((0, 1 + 6 * nodes))
         u, r, opened = self._start
         self.state = new_state(u, r, np.array(system.gap))
         self.state.status[opened] = OPEN
-        self._record = new_record(_ROWS if flag("keep", keep) else 0, nodes)
 
     def run_cycle(self) -> None:
         """Follow the path once through all corners of the cycle."""
@@ -166,7 +155,7 @@ class ExactPath(Transient):
     def recorded(self, rows: int = _ROWS) -> "ExactPath":
         """A copy at the same load and state that keeps the states at all events from here on, so many at a time; 0: none."""
         n, copy = self.nodes, object.__new__(ExactPath)
-        copy.__dict__.update(self.__dict__, history=[], _record=new_record(rows, n), _active=new_active_set(n))
+        copy.__dict__.update(self.__dict__, history=[], _record=np.zeros((rows, 1 + 6 * n)), _active=new_active_set(n))
         copy.state = type(self.state)(*(values.copy() for values in self.state))
         return copy
 
@@ -185,28 +174,25 @@ class ExactPath(Transient):
             if code == STALLED:
                 raise NoContinuation(f"{where}: at {time:.9g} of it the statuses change without end; loads or gaps may differ too much in size")
             begins = False
-            if code == FULL:
-                self._move_record()
-            elif code != DONE:
-                self._solve_rate_problem(bonded - self.bonded, code == NOT_UNIQUE, time, where)
+            if len(self._record):
+                self.history.append(self._record[: self.state.trace[3]].copy())
+                self.history[-1][:, 0] += self.visited
+                self.state.trace[3] = 0
+            if code in (UNSETTLED, NOT_UNIQUE):
+                self._solve_rate_problem(bonded - self.bonded, time, where)
         state = self.state
-        if len(self._record.time):
-            self._move_record()
         self.bonded = bonded
         self.visited += 1
         self.events, self.unproven = int(state.trace[0]), int(state.trace[2])
-        if len(self._record.time):
-            self.history.append((np.array([float(self.visited)]), *(values[None].copy() for values in (state.u, state.r, state.status, state.work))))
+        if len(self._record):
+            self.history.append(np.concatenate([[self.visited], state.u, state.r, state.status, state.work])[None])
 
-    def _move_record(self) -> None:
-        """Move the recorded states to the history."""
-        record = self._record
-        used = int(record.used[0])
-        if used:
-            self.history.append((self.visited + record.time[:used], *(values[:used].copy() for values in record[1:5])))
-            record.used[0] = 0
+    def states(self) -> list[Array]:
+        """Times (T,), `u` and `r` (T, 2N), statuses and work (T, N) of the history."""
+        time, *states = np.split(np.concatenate(self.history), [1, *(1 + self.nodes * np.array([2, 4, 5]))], axis=1)
+        return [time[:, 0], *states]
 
-    def _solve_rate_problem(self, load_rate: Array, not_unique: bool, time: float, where: str) -> None:
+    def _solve_rate_problem(self, load_rate: Array, time: float, where: str) -> None:
         """Set the statuses to the solution of the rate problem."""
         from .rate import find_rates, rate_problem  # here, for few paths have such an event
 
@@ -227,5 +213,4 @@ class ExactPath(Transient):
             raise NoContinuation(f"{here} two sets of rates obey the law: nodes {nodes} may take the statuses {both}; {hint}")
         if not set_statuses(self._S, self.friction, self.state, self._active, solutions.found[0][0]):
             raise NoContinuation(f"{here} the contact slides or opens freely, its rates are not unique; {self.free_body(self.state.r)}")
-        self.fallbacks += not not_unique
         self.state.trace[2] += not solutions.complete

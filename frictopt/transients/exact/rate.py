@@ -1,8 +1,8 @@
 """The rate problem at one load: which nodes at a bound slip, stick or open, where the iteration on the signs of the rates does not decide.
 
 Nodes strictly inside their bound stick, and nodes with a gap stay open. A node at a bound has a non-negative rate z of slip or gap and a non-negative
-rate `M z + c` of slack or pressure, and one of the two is zero. Few such pairs are solved by trying all statuses, more by Lemke's method. If Lemke's
-method fails, or the solution may not be unique, a branch and bound search with linear programs looks for all solutions.
+rate `M z + c` of slack or pressure, and one of the two is zero. Few such pairs are solved by trying all statuses, more by Lemke's method. What that
+finds is known to be the only solution where M is positive definite.
 """
 
 from dataclasses import dataclass
@@ -10,7 +10,6 @@ from itertools import product
 
 import numpy as np
 from scipy.linalg.blas import dger
-from scipy.optimize import linprog
 
 from ...contact.checks import Array
 from ...contact.tolerances import CONDENSATION, RESIDUAL, ROUNDING
@@ -20,8 +19,6 @@ _PIVOT = 10 * ROUNDING  # pivots of Lemke's tableau up to this count as zero: a 
 _DISTINCT = 1e3 * RESIDUAL  # two solutions of a rate problem differ by more: each has errors up to the residual
 _TRIED = 8  # number of pairs up to which all statuses are tried
 _STARTS = 3  # covering vectors tried by Lemke's method
-_SEARCHED = 16  # number of pairs up to which a second solution is searched for; with more, the event counts as unproven
-_PROGRAMS = 400  # linear programs after which the search for solutions gives up
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,9 +113,6 @@ def find_rates(problem: RateProblem, before: np.ndarray) -> Solutions:
             if unique and candidates:
                 break
         complete = unique and bool(candidates)
-        if not complete and (not candidates or len(c) <= _SEARCHED):
-            searched, complete = _search(M, c, _PROGRAMS)
-            candidates += searched
     found: list[tuple[np.ndarray, Array]] = []
     for z in candidates:
         rates = problem.u_rate @ np.r_[z * scale / stiffness, 1.0]
@@ -154,40 +148,6 @@ def _is_positive_definite(M: Array) -> bool:
     except np.linalg.LinAlgError:
         return False
     return True
-
-
-def _search(M: Array, c: Array, programs: int) -> tuple[list[Array], bool]:
-    """Branch and bound: each branch sets one z or its slack to zero, and ends if its inequalities are infeasible.
-
-    Returns at most two solutions, and whether the search was complete: no others exist, or two were found.
-    """
-    n = len(c)
-    found: list[Array] = []
-    open_branches = [np.zeros(n, dtype=np.int8)]  # by pair: 0 free, 1 z = 0, 2 slack = 0
-    for _ in range(programs):
-        if not open_branches:
-            return found, True
-        fixed = open_branches.pop()
-        tight = fixed == 2
-        most = np.where(fixed == 1, 0.0, np.inf)
-        answer = linprog(np.ones(n), -M[~tight], c[~tight], M[tight], -c[tight], bounds=np.column_stack([np.zeros(n), most]))
-        if answer.status == 2:
-            continue
-        if answer.status != 0:
-            return found, False
-        z = answer.x
-        if _solves(M, c, z) and all(np.abs(z - other).max() > _DISTINCT * (1.0 + np.abs(z).max()) for other in found):
-            found.append(z)
-            if len(found) == 2:
-                return found, True
-        if not (fixed == 0).any():
-            continue
-        violated = np.where(fixed == 0, np.minimum(z, M @ z + c), -1.0)
-        for zero in (1, 2):
-            branch = fixed.copy()
-            branch[int(np.argmax(violated))] = zero
-            open_branches.append(branch)
-    return found, False
 
 
 def _lemke(M: Array, c: Array, cover: Array) -> Array | None:
