@@ -8,8 +8,7 @@ import pytest
 
 import frictopt as fo
 from frictopt import Outcome
-from frictopt.transients.begin import Scales
-from frictopt.transients.cycle import Cycle
+from frictopt.transients.begin import Cycle, Scales
 from frictopt.transients.cycles import Run
 from frictopt.transients.exact import ExactPath
 

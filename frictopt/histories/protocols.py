@@ -75,7 +75,7 @@ class TransientsAfter:
 
     def outcome(self, load_factor: float, protocol: Sequence[LoadStep], start: Array) -> str:
         """The same from one start."""
-        path = path_of(self.system, self.cycle, self.friction, load_factor, start, self.steps)
+        path = path_of(self.system, self.cycle, self.friction, load_factor, start, steps=self.steps)
         steps = [step.reactions(self.system, load_factor) for step in protocol]
         if steps:
             path.check_near("protocol", steps)

@@ -94,7 +94,7 @@ class Search:
         """
         self.transients += 1
         try:
-            path = path_of(*self._asked, start, self._steps)
+            path = path_of(*self._asked, start, steps=self._steps)
             path.start()
             run, found = Run(path, _CYCLES), None
             while found is None:

@@ -1,6 +1,8 @@
 """A transient before its first cycle: its loads, the state that it begins at, and its scales of forces and slips."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
 from time import perf_counter
 from typing import NamedTuple, Self
 
@@ -17,7 +19,6 @@ from ..contact.state import checked_state
 from ..contact.system import checked_system
 from ..contact.tolerances import NO_DRIVE, RESIDUAL
 from ..errors import ModelError
-from .cycle import Cycle
 
 STICK, SLIP, OPEN = 0, 1, 2
 """Statuses of a node; slip against +x in the plane is -1."""
@@ -26,6 +27,45 @@ _FAR = 1e18  # largest initial stress over the loads: with more, rounding hides 
 _FAR_START = 1e3  # initial stress over the loads, above which an error names it as the cause of a large residual
 
 Start = tuple[Array, Array, NDArray[np.bool_]]
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """One return of a transient: one load cycle, or two, with the states at which it stopped.
+
+    Attributes
+    ----------
+    before, after
+        (m,) what the map of a cycle acts on, in slip scales: slip and gap on the exact path, slip in increments, where the gap follows from it.
+    change
+        Largest difference of the two.
+    work, slid
+        (N,) work of friction, and way slid by each closed node, length.
+    works
+        Work of friction in each load cycle.
+    events
+        The same in two cycles where the same nodes slip and open: the changes of status, whose order within a segment of the path does not count.
+    bonded, u, r
+        (T, M) loads, `[v, w - g0]` and reactions: at the corners at which the exact path stops, after each increment.
+    previous
+        (T, M) in increments the states before those, where friction opposes the slip since; None on the exact path, which slips between stops.
+    lost
+        On the exact path the error of the energy balance (work of the loads, less work of friction, less elastic energy gained), or negative work of
+        friction at a node, over the largest energy in the balance.
+    """
+
+    before: Array
+    after: Array
+    change: float
+    work: Array
+    slid: Array
+    works: list[float]
+    events: Hashable
+    bonded: Array
+    u: Array
+    r: Array
+    previous: Array | None = None
+    lost: float = 0.0
 
 
 class Transient(ABC):
@@ -70,8 +110,8 @@ class Transient(ABC):
         The same at each node; and the scales (m,) of what the map of a cycle acts on, see `Cycle`.
     events, unproven
         Number of changes of status, and of those whose rates are not proven to be the only ones.
-    steps
-        Number of increments from corner to corner; 0 for the exact path.
+    engine, steps, coarser
+        "path", 0 and none for the exact path; how increments are solved, their number from corner to corner, and those that tell its error.
     started
         When it was made, for the record.
 
@@ -82,7 +122,8 @@ class Transient(ABC):
     """
 
     unit: Array
-    steps = 0
+    engine, steps = "path", 0
+    coarser: Sequence[int] = ()
 
     def __init__(
         self,
@@ -121,6 +162,11 @@ class Transient(ABC):
         self.legs = [(corner, f"the segment to the corner ({name})") for corner, name in zip(self.corners, cycle.corner_names, strict=True)]
         begun = [(self.mean, "the segment from the initial slip to the mean load")]
         self.begun = begun if self.visited < 0 else self.legs[self.visited :] if self.visited > 0 else []
+        self._begin()
+
+    @abstractmethod
+    def _begin(self) -> None:
+        """Set the state that the transient begins at, and what follows it."""
 
     @abstractmethod
     def follow_to(self, bonded: Array, where: str) -> object:

@@ -8,8 +8,7 @@ import numpy as np
 
 from ..contact.extrapolation import distance_left
 from ..contact.tolerances import LEVEL, REPEATED, RESIDUAL, ROUNDING, SAME_STATE
-from .begin import Transient
-from .cycle import Cycle
+from .begin import Cycle, Transient
 
 # A node's pressure below this share of the mean one is too little to judge its slip by: its bounds have the error of an answer.
 _LITTLE = 100 * RESIDUAL

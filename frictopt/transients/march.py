@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle
-from ..contact.checks import Array, choice, flag, frozen, warns_of_odd_values, whole_number
+from ..contact.checks import Array, flag, frozen, warns_of_odd_values, whole_number
 from ..contact.parts import parted
 from ..contact.progress import bar_of
-from ..contact.system import checked_system
 from ..contact.tolerances import RESIDUAL
-from ..errors import ModelError, NoContinuation, SolverError
+from ..errors import NoContinuation, SolverError
 from .exact import ExactPath
-from .stepped import ENGINES, SteppedPath, doubts, step_counts
+from .paths import path_of
+from .stepped import SteppedPath, doubts
 from .trajectory import Trajectory
 
 
@@ -86,16 +86,14 @@ def march(
     """
     whole_number("cycles", cycles, least=0)
     flag("progress", progress)
-    way, counts = way_to_follow(checked_system(system), engine, steps)
-    start = system, cycle, friction, load_factor, initial_slip
-    path: ExactPath | SteppedPath
-    if way == "path":
-        path, error = ExactPath(*start, initial_state=initial_state).recorded(), 0.0
+    asked = system, cycle, friction, load_factor, initial_slip, initial_state
+    path = path_of(*asked, steps, engine)
+    if isinstance(path, ExactPath):
+        path, error = path.recorded(), 0.0
         time, bonded, u, r, status, work = _exactly(path, cycles)
     else:
-        with bar_of(progress, "march", "cycle", total=len(counts) * cycles, delay=2) as bar:
-            path = SteppedPath(*start, initial_state, way, counts[0])
-            coarse = [SteppedPath(*start, initial_state, "newton", count) for count in counts[1:]]  # the quickest way
+        with bar_of(progress, "march", "cycle", total=(1 + len(path.coarser)) * cycles, delay=2) as bar:
+            coarse = [SteppedPath("newton", count, *asked) for count in path.coarser]  # the quickest way
             begun = path.visited
             bonded, u, r, status, work, _ = _followed(path, cycles, bar.update)
             error = max([_apart(u[:: path.steps], other, cycles, bar.update) for other in coarse], default=np.inf)
@@ -118,7 +116,7 @@ def march(
         p=p,
         status=status.astype(np.int8, copy=False),
         work=work,
-        engine=way,
+        engine=path.engine,
         step_error=error,
         _seconds=perf_counter() - path.started,
     )
@@ -138,27 +136,6 @@ def amplitudes_at(system: ContactSystem, cycle: LoadCycle, load_factor: float, t
     none = 0.0 if first else np.nan
     stops = [[load.get(case, 0.0 if number else none) for case in system.bonded] for number, load in enumerate(loads)]
     return np.array([np.interp(time, begin + np.arange(len(stops)), column) for column in np.transpose(stops)]).T
-
-
-def way_to_follow(system: ContactSystem, engine: object, steps: int | None) -> tuple[str, list[int]]:
-    """The engine, and the numbers of increments from corner to corner, none of the exact path.
-
-    Raises
-    ------
-    ModelError
-        There is none such, or not for this contact.
-    """
-    if engine is None:
-        engine = "path" if system.tangents == 1 and steps is None else "newton"
-    way = str(choice("engine", engine, ("path", *ENGINES)))
-    if way in ("path", "milp") and system.tangents > 1:
-        raise ModelError(
-            f"engine: {way!r}; it needs a law of straight lines, and the friction circle is curved: choose 'newton' or 'qp', and see `step_error` "
-            "for what the increments leave"
-        )
-    if way == "path" and steps is not None:
-        raise ModelError(f"steps: {steps}; the exact path has none, leave it out or choose an engine of increments: {', '.join(ENGINES)}")
-    return way, [] if way == "path" else step_counts(steps)
 
 
 def _exactly(path: ExactPath, cycles: int) -> tuple[Array, ...]:

@@ -4,27 +4,46 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..contact import ContactState, ContactSystem, LoadCycle
+from ..contact.checks import choice
 from ..contact.parts import parted
 from ..contact.system import checked_system
-from ..errors import NoContinuation, SolverError
+from ..errors import ModelError, NoContinuation, SolverError
 from .begin import OPEN
 from .exact import ExactPath
-from .stepped import SteppedPath, step_counts
+from .stepped import ENGINES, SteppedPath
 
 
 def path_of(
-    system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, load_factor: float, initial_slip: ArrayLike | None = None, steps: int | None = None
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: ArrayLike,
+    load_factor: float,
+    initial_slip: ArrayLike | None = None,
+    initial_state: ContactState | None = None,
+    steps: int | None = None,
+    engine: object = None,
 ) -> ExactPath | SteppedPath:
-    """A transient that has not begun; `steps` is the number of increments from corner to corner, None: no increments in the plane, 20 in space.
+    """A transient that has not begun, by an engine of `march`; `steps` is the number of increments from corner to corner, None: 20.
+
+    Without an engine it is exact in the plane where no number of increments is given, else by Newton's method.
 
     Raises
     ------
     ModelError
-        Bad input.
+        Bad input, an engine that there is not, or not for this contact.
     """
-    if checked_system(system).tangents == 1 and steps is None:
-        return ExactPath(system, cycle, friction, load_factor, initial_slip)
-    return SteppedPath(system, cycle, friction, load_factor, initial_slip, None, "newton", step_counts(steps)[0])
+    plane = checked_system(system).tangents == 1
+    way = "path" if plane and steps is None else "newton"
+    way = way if engine is None else str(choice("engine", engine, ("path", *ENGINES)))
+    if way in ("path", "milp") and not plane:
+        raise ModelError(
+            f"engine: {way!r}; it needs a law of straight lines, and the friction circle is curved: choose 'newton' or 'qp', and see `step_error` "
+            "for what the increments leave"
+        )
+    if way == "path" and steps is not None:
+        raise ModelError(f"steps: {steps}; the exact path has none, leave it out or choose an engine of increments: {', '.join(ENGINES)}")
+    asked = system, cycle, friction, load_factor, initial_slip, initial_state
+    return ExactPath(*asked) if way == "path" else SteppedPath(way, steps, *asked)
 
 
 def mean_state(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> ContactState:
@@ -56,7 +75,7 @@ def open_at_rest(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -
         path = _settled(system, cycle, friction)
     except NoContinuation as end:
         try:
-            path = _settled(system, cycle, friction, step_counts(None)[0])
+            path = _settled(system, cycle, friction, "newton")
         except SolverError:
             raise end from None
     opened = _gap(path) > 0
@@ -66,8 +85,8 @@ def open_at_rest(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -
     return opened
 
 
-def _settled(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, steps: int | None = None) -> ExactPath | SteppedPath:
-    path = path_of(system, cycle, friction, 0.0, steps=steps)
+def _settled(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, engine: str | None = None) -> ExactPath | SteppedPath:
+    path = path_of(system, cycle, friction, 0.0, engine=engine)
     path.start()
     return path
 

@@ -12,14 +12,13 @@ from ..contact.coulomb import off_law
 from ..contact.parts import parted
 from ..contact.progress import bar_of
 from ..contact.record import SolveRecord
-from ..contact.system import checked_system
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import NoContinuation, SolverError
 from .cycles import Run, Settled
-from .exact.path import ExactPath
 from .judge import returns_after
 from .outcome import SteadyState
-from .stepped import SteppedPath, doubts, step_counts
+from .paths import path_of
+from .stepped import SteppedPath, doubts
 
 MOST_CYCLES = 2000
 """Number of cycles after which the search for a steady state gives up, unless another one is asked for."""
@@ -99,19 +98,19 @@ def steady_state(
     whole_number("most_cycles", most_cycles, least=1)
     flag("progress", progress)
     extra = None if overload is None else finite_number("overload", overload, least=0.0)
-    asked = checked_system(system), cycle, friction, load_factor, initial_slip
-    if system.tangents == 1 and steps is None:
-        path = ExactPath(*asked, initial_state=initial_state)
-        path.start(extra)
-        run = Run(path, most_cycles)
-        return reported(run, run.settled(), 0.0)
+    asked = system, cycle, friction, load_factor, initial_slip, initial_state
+    first = Run(path_of(*asked, steps), most_cycles)
+    if not first.path.steps:
+        first.path.start(extra)
+        return reported(first, first.settled(), 0.0)
     with bar_of(progress, "steady state", "cycle", delay=2) as bar:
-        runs = [Run(SteppedPath(*asked, initial_state, "newton", count), most_cycles, bar.update) for count in step_counts(steps)]
-        runs[0].path.start(extra)
-        found, errors = runs[0].settled(), [np.inf] * (len(runs) == 1)
-        work = float(found.cycle.work.sum()) / runs[0].period
-        for run in runs[1:]:
+        first.tell, coarser = bar.update, first.path.coarser
+        first.path.start(extra)
+        found, errors = first.settled(), [] if coarser else [np.inf]
+        work = float(found.cycle.work.sum()) / first.period
+        for count in coarser:
             try:
+                run = Run(SteppedPath("newton", count, *asked), most_cycles, bar.update)
                 run.path.start(extra)
                 other = float(run.settled().cycle.work.sum()) / run.period
                 errors.append(abs(work - other) / (max(work, other) or 1.0))
@@ -122,7 +121,7 @@ def steady_state(
             u, r = np.concatenate([begun[:1], cycles.u]), np.concatenate([cycles.r[-1:], cycles.r])  # the reactions come back
             lacking, change, _ = doubts(found.path.friction, u, r)
             errors.append(float(np.sqrt(lacking.sum() * change.sum()) / cycles.work.sum()))
-        return reported(runs[0], found, max(errors))
+        return reported(first, found, max(errors))
 
 
 def reported(run: Run, found: Settled, step_error: float) -> SteadyState:

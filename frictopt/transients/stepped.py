@@ -2,16 +2,14 @@
 
 from copy import copy
 from types import MappingProxyType
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import Array, whole_number
 from ..errors import ModelError, NoContinuation, SolverError
-from .begin import OPEN, STICK, Transient
-from .cycle import Cycle
+from .begin import OPEN, STICK, Cycle, Transient
 from .sliding import check_sliding
 
 ENGINES = MappingProxyType({"newton": "NewtonIncrement", "qp": "FrozenBoundIncrement", "milp": "ExactIncrement"})
@@ -36,12 +34,12 @@ class SteppedPath(Transient):
 
     Parameters
     ----------
-    system, cycle, friction, load_factor, initial_slip, initial_state
-        See `Transient`.
     engine
         A key of `ENGINES`.
     steps
-        Number of increments from corner to corner.
+        Number of increments from corner to corner; None: 20.
+    asked
+        What `Transient` asks for.
 
     Attributes
     ----------
@@ -51,23 +49,18 @@ class SteppedPath(Transient):
         Number of changes of status so far.
     """
 
-    def __init__(
-        self,
-        system: ContactSystem,
-        cycle: LoadCycle,
-        friction: ArrayLike,
-        load_factor: float,
-        initial_slip: ArrayLike | None,
-        initial_state: ContactState | None,
-        engine: str,
-        steps: int,
-    ) -> None:
-        super().__init__(system, cycle, friction, load_factor, initial_slip, initial_state)
+    def __init__(self, engine: str, steps: int | None, *asked: Any) -> None:
+        self.engine, self.steps = engine, whole_number("steps", _STEPS if steps is None else steps, least=1)
+        self.coarser = sorted({max(1, self.steps // 2), max(1, self.steps // 4)} - {self.steps}, reverse=True)
+        super().__init__(*asked)
+
+    def _begin(self) -> None:
         from . import increments  # here, because the exact path does not need cvxpy
 
-        self._increment, self.steps = getattr(increments, ENGINES[engine])(system, self.friction), steps
+        system = self.system
+        self._increment = getattr(increments, ENGINES[self.engine])(system, self.friction)
         self.unit = np.tile(self.scales.length, system.tangents)
-        loads = {f"the load at the corner ({name})": r for name, r in zip(cycle.corner_names, self.corners, strict=True)}
+        loads = {f"the load at the corner ({name})": r for name, r in zip(self.cycle.corner_names, self.corners, strict=True)}
         check_sliding(system, self.friction, {"the mean load": self.mean} | loads)
         if not np.abs(self.mean[-self.nodes :]).max() > 0:
             raise ModelError("mean: the mean load has no normal reactions, and a transient starts from it; give `cycle.mean` a load that presses")
@@ -134,12 +127,6 @@ class SteppedPath(Transient):
             return None
         elsewhere.steps = self.steps
         return elsewhere
-
-
-def step_counts(steps: int | None) -> list[int]:
-    """The numbers of increments from corner to corner that tell the error of the first one: itself, 20 where none is asked, a half and a quarter."""
-    number = whole_number("steps", _STEPS if steps is None else steps, least=1)
-    return sorted({number, max(1, number // 2), max(1, number // 4)}, reverse=True)
 
 
 def doubts(friction: Array, u: Array, r: Array) -> tuple[Array, Array, Array]:

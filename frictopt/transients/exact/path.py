@@ -3,17 +3,15 @@
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ...contact import ContactState, ContactSystem, LoadCycle
+from ...contact import LoadCycle
 from ...contact.checks import Array
 from ...contact.coulomb import off_law
 from ...contact.history import turning_points
 from ...contact.system import checked_plane
 from ...contact.tolerances import RESIDUAL
 from ...errors import NoContinuation
-from ..begin import Transient
-from ..cycle import Cycle
+from ..begin import Cycle, Transient
 from .kernel import (
     DONE,
     NOT_UNIQUE,
@@ -59,6 +57,7 @@ class ExactPath(Transient):
         (N,) slip left from assembly, length; None for none.
     initial_state
         An earlier state, instead of a slip.
+
     Attributes
     ----------
     state
@@ -85,27 +84,16 @@ class ExactPath(Transient):
     (2, -0.5)
     """
 
-    def __init__(
-        self,
-        system: ContactSystem,
-        cycle: LoadCycle,
-        friction: ArrayLike,
-        load_factor: float,
-        initial_slip: ArrayLike | None = None,
-        *,
-        initial_state: ContactState | None = None,
-    ) -> None:
-        super().__init__(
-            checked_plane(system, "follow it by march or steady_state, in increments"), cycle, friction, load_factor, initial_slip, initial_state
-        )
+    def _begin(self) -> None:
+        checked_plane(self.system, "follow it by march or steady_state, in increments")
         nodes = self.nodes
-        self._S, self.unit = system.S, np.tile(self.scales.length, 2)
-        self.turns = turning_corners(cycle, self.load_factor)
+        self._S, self.unit = self.system.S, np.tile(self.scales.length, 2)
+        self.turns = turning_corners(self.cycle, self.load_factor)
         compiled()
         self.history: list[Array] = []
         self._active, self._proof, self._record = new_active_set(nodes), new_active_set(nodes), np.zeros((0, 1 + 6 * nodes))
         u, r, opened = self._start
-        self.state = new_state(u, r, np.array(system.gap))
+        self.state = new_state(u, r, np.array(self.system.gap))
         self.state.status[opened] = OPEN
 
     def run_cycle(self) -> None:
