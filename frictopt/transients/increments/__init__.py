@@ -2,9 +2,8 @@
 
 from .by_newton import NewtonIncrement
 from .complementarity import ComplementarityProblem, complementarity_problem
-from .exact import ExactIncrement
-from .frozen_bound import FrozenBoundIncrement
 from .increment import Increment
+from .programs import ExactIncrement, FrozenBoundIncrement
 
 __all__ = [
     "ComplementarityProblem",

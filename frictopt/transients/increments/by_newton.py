@@ -12,9 +12,9 @@ from ...contact.record import SolveRecord
 from ...contact.tolerances import RESIDUAL, ROUNDING
 from ...errors import SolverError
 from ..exact.kernel import increment
-from .frozen_bound import FrozenBoundIncrement
 from .increment import FrictionIncrement, Increment, Posed, force_scale
 from .newton import State, newton
+from .programs import FrozenBoundIncrement
 
 _NEWTON = SolveRecord("NEWTON")
 _SCALES = (1.0, 10.0, 0.1, 100.0, 0.01)  # of the c and d of Newton's method, tried in this order

@@ -204,14 +204,5 @@ class FrictionIncrement(ABC):
             u = joined(new.slip, new.gap - self.system.gap)
             yield u, joined(new.q, new.p), new.status
 
-    @property
-    def problem(self) -> cp.Problem | None:
-        """The cvxpy problem; None for Newton's method."""
-        return None
-
-    def explain(self, file: IO[str] | None = None) -> None:
-        """Print the problem by its names."""
-        explain(self._title, self.problem, None, {}, (), None, file)
-
     @abstractmethod
     def _solved(self, posed: Posed) -> Increment: ...

@@ -1,11 +1,18 @@
-"""One friction increment as a mixed-integer program: the contact law itself, its alternatives switched by booleans.
+"""One friction increment as cvxpy programs: convex ones with the friction bound frozen in turn, or one with booleans. Unknowns: `u = [dv, w]`.
 
-Each node sticks, slips along or against +x, or is open. The unknowns are `u = [dv, w]`, the slip increment and the gap, with the reactions
-`[q, p] = trial + S u`, and one boolean for each status but sticking. It is for plane contacts: the friction circle of space has no two sides.
+With the bound g of every node given, the increment minimises (Klarbring, Mikelic & Shillor 1988: friction with a given bound)::
+
+    1/2 u' S u + trial' u + sum g |dv|    over  u = [dv, w],  w >= 0
+
+because its optimality conditions are the contact law with g in place of f p. The law itself is the fixed point `g = f p`. In the plane it is a
+quadratic program; in space the lengths |dv| make cones.
+
+In the mixed-integer program each node sticks, slips along or against +x, or is open: the law itself, with the reactions `[q, p] = trial + S u` and
+one boolean for each status but sticking. It is for plane contacts: the friction circle of space has no two sides.
 """
 
-from dataclasses import replace
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import cvxpy as cp
 import numpy as np
@@ -13,17 +20,122 @@ from numpy.typing import ArrayLike
 
 from ...contact import ContactSystem
 from ...contact.checks import Array, finite_number
-from ...contact.record import SolveRecord
+from ...contact.record import Attempt, SolveRecord
 from ...contact.system import checked_plane
 from ...contact.tolerances import RESIDUAL
 from ...errors import NoContinuation, SolverError
 from ...solve.solvers import NoOptimum, solve
 from ..begin import OPEN
-from .increment import FrictionIncrement, Increment, Posed
+from .increment import CORRECTIONS, FrictionIncrement, Increment, Posed
 from .newton import newton
 
+_SETTLED_BOUND = 1e4 * RESIDUAL  # change of the frozen bound from which on Newton's method makes the state exact
+_SWEEP_OF_CONES = 1e5 * RESIDUAL  # violation with which a cone program of a sweep may end: it only guides the next one
+_SWEEPS = 100  # programs for one increment at most
 _BOOLEANS = {"forward": 1, "backward": -1, "opened": OPEN}
 _TOUCHES = 0.999  # share of the largest motion or pressure from which on a state touches it
+
+
+@dataclass(frozen=True, eq=False)
+class _Sweep:
+    """Motions of a sweep and their largest violation of the optimality conditions."""
+
+    u: Array
+    residual: float
+
+
+class FrozenBoundIncrement(FrictionIncrement):
+    """One friction increment by convex programs with frozen friction bound, compiled once.
+
+    After each sweep a few steps of Newton's method make the state that the program ends with exact, with the bound free; if the referee accepts it,
+    it is the answer. Otherwise the bound moves to `f p` and the program is solved again. This need not converge where friction and coupling are
+    strong. The `problem` of a result is the program of the last sweep, with the bound of that sweep.
+
+    It takes no constraints of your own: they would act as forces that the contact law does not have. Theory, eq. (11).
+
+    Parameters
+    ----------
+    system
+        The contact, in the plane or in space.
+    friction
+        Coefficient of friction, one or one per node.
+
+    Raises
+    ------
+    ModelError
+        Bad input.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.ContactSystem.from_blocks(
+    ...     A=[[2, -1], [-1, 2]],
+    ...     B=[[0, 0.5], [-0.5, 0]],
+    ...     C=[[2, 0], [0, 2]],
+    ...     x=[0, 1],
+    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
+    ... )
+    >>> load = system.reaction({"P": 1.0, "Q": 1.0})
+    >>> fo.increments.FrozenBoundIncrement(system, friction=0.5).solve([0.0, 0.0], load).slip.round(6).tolist()
+    [-0.326531, -0.122449]
+    """
+
+    _title = "friction increment, frozen bound"
+
+    @cached_property
+    def problem(self) -> cp.Problem:
+        """The program."""
+        t, n = len(self.law.own) - 1, len(self.friction)
+        dv, w = cp.Variable(n if t == 1 else (n, t), name="slip_increment"), cp.Variable(n, name="gap")
+        trial, bound = cp.Parameter((t + 1) * n, name="trial_reaction"), cp.Parameter(n, nonneg=True, name="friction_bound")
+
+        u = cp.hstack([cp.vec(dv, order="F"), w])
+        energy = cp.quad_form(u, cp.psd_wrap(self.law.S)) / 2 + trial @ u
+        dissipation = bound @ (cp.abs(dv) if t == 1 else cp.norm(dv, axis=1))
+        return cp.Problem(cp.Minimize(energy + dissipation), [(w >= 0).set_label("no_overlap")])
+
+    def _solved(self, posed: Posed) -> Increment:
+        law, n, values, attempts = self.law, len(self.friction), self.problem.param_dict, list[Attempt]()
+        bound, left = law.friction * np.maximum(posed.trial[-n:], 0.0), np.inf
+        for sweep in range(1, _SWEEPS + 1):
+            values["trial_reaction"].value, values["friction_bound"].value = posed.trial, bound
+            try:
+                swept, record = solve(self.problem, partial(self._swept, posed.trial, bound), tolerance=_SWEEP_OF_CONES)
+            except NoOptimum as error:
+                raise SolverError(
+                    f"friction increment: no state of rest with the friction bound frozen at {bound.sum():.3g} times the mean normal force in sum "
+                    f"({error}); check the supports of the body and whether the load exceeds friction; where slip would raise the pressure enough "
+                    "to hold it, another increment may find the state"
+                ) from error
+            attempts += record.attempts
+            u = swept.u
+            step = law.friction * np.maximum((posed.trial + law.S @ u)[-n:], 0.0) - bound
+            settled = bool(np.abs(step).max() <= _SETTLED_BOUND)
+            state = newton(law, posed.trial, u) if settled else newton(law, posed.trial, u, CORRECTIONS)
+            found = posed.result(replace(state, steps=sweep), SolveRecord(record.solver, tuple(attempts)), self.problem)
+            if found.residual <= RESIDUAL:
+                return found
+            left = found.residual
+            if settled:
+                break
+            bound = bound + step
+        raise SolverError(
+            f"friction increment: did not converge in {sweep} sweeps with frozen bound; the bound still changes by {np.abs(step).max():.1e} of the "
+            f"mean normal force, most at node {int(np.abs(step).argmax())}, and the residual is {left:.1e}; try smaller load steps or another "
+            "increment (above the critical friction there may be no state, or several)"
+        )
+
+    def _swept(self, trial: Array, bound: Array) -> _Sweep:
+        """What stands in the variables, with its largest violation of the optimality conditions of the frozen problem."""
+        values, law = self.problem.var_dict, self.law
+        dv, w = np.reshape(values["slip_increment"].value, (len(bound), -1)).T, np.maximum(np.asarray(values["gap"].value), 0.0)
+        u = np.concatenate([dv.ravel(), w])
+        r = (trial + law.S @ u).reshape(law.own.shape)
+        q, p = r[:-1], r[-1]
+        slid = np.linalg.norm(dv, axis=0)
+        off = np.minimum(slid, np.linalg.norm(q + bound * dv / np.where(slid > 0, slid, 1.0), axis=0))
+        residual = float(max((np.linalg.norm(q, axis=0) - bound).max(), off.max(), -p.min(), np.minimum(w, p).max(), 0.0))
+        return _Sweep(u, residual if np.isfinite(residual) else np.inf)
 
 
 class ExactIncrement(FrictionIncrement):
