@@ -9,7 +9,7 @@ import pytest
 import frictopt as fo
 from frictopt.histories.ascent import _tangents, increment_map
 from frictopt.histories.starts import LoadStep, smooth_modes
-from frictopt.transients.paths import path_of
+from frictopt.transients.march import path_of
 from paths import settled
 from spatial import cycle, random_contact, single
 from studies.validation.fuzz.embedded import embedded

@@ -7,15 +7,17 @@ it decides.
 """
 
 from copy import copy
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
 from ..contact.checks import Array
+from ..contact.parts import parted
 from ..contact.tolerances import CONDENSATION
 from ..transients.begin import OPEN, STICK, Transient
-from ..transients.exact import ReturnMap
+from ..transients.exact import ExactPath, ReturnMap, return_map
 from ..transients.stepped import Point, SteppedPath
 
 _STAYING = CONDENSATION  # motions that a cycle changes by less than this share stay as they are: the data have this error
@@ -27,17 +29,29 @@ class Ascent:
 
     Parameters
     ----------
-    path, cycle
-        The path that is on the orbit, and the orbit's cycle.
+    path
+        The transient that is on the orbit, at the last corner.
     sense
         1 for more work, -1 for less.
     most
         (N,) largest slip of the changed orbit at the last corner, length; None for no bound.
+
+    Attributes
+    ----------
+    before
+        (N,) or (N, 2) slip of the orbit there, length.
+
+    Raises
+    ------
+    NoContinuation, SolverError
+        The orbit's cycle has no derivative.
     """
 
-    def __init__(self, path: Transient, cycle: ReturnMap, sense: int, most: Array | None) -> None:
+    def __init__(self, path: Transient, sense: int, most: Array | None) -> None:
         tangents, n = path.system.tangents, path.nodes
+        cycle = increment_map(path) if isinstance(path, SteppedPath) else return_map(cast(ExactPath, path))
         self._most, self._before = most, cycle.before[:-n].reshape(tangents, n)
+        self.before, _ = parted(cycle.before, tangents + 1)
         follow = _followed(cycle, tangents)
         self._slip = follow[:-n].reshape(tangents, n, -1)
         self._gain = sense * (cycle.work_gradient @ follow)

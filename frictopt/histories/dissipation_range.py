@@ -44,8 +44,6 @@ class DissipationRange(Shown, Plotted):
         Works of friction of the local extremes, each once, in rising order.
     residual
         Largest residual of the steady states of `least` and `most`. At most 1e-9.
-    problem
-        The program of admissible slips, solved last for one of the starts; None where there was none to solve.
 
     Examples
     --------
@@ -70,7 +68,6 @@ class DissipationRange(Shown, Plotted):
     transients: int
     levels: tuple[float, ...]
     residual: float
-    problem: object = field(repr=False)
     _orbits: tuple[Orbit, ...] = field(repr=False)
 
     @property
@@ -188,7 +185,6 @@ def dissipation_range(
         transients=runs.transients,
         levels=tuple(orbit.work for orbit in runs.levels([end for end in ends if end.end != FAR] or levels)),
         residual=max(least.residual, most.residual),
-        problem=starts.problem,
         _orbits=tuple(replace(orbit, path=None) for orbit in (*followed, *ends)),  # paths are large
     )
 

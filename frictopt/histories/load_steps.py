@@ -10,7 +10,7 @@ from ..contact.checks import Array, checked_loads, finite_number, frozen
 from ..contact.parts import joined, parted
 from ..contact.system import checked_system
 from ..transients.begin import Transient
-from ..transients.paths import path_of
+from ..transients.march import path_of
 
 _ASSEMBLED_FROM = 1e-6  # share of the mean load at which assembly begins: at no load at all every node is closed without pressure
 

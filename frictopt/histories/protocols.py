@@ -17,7 +17,7 @@ from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import shakedown_limit
 from ..limits.question import pose
 from ..transients.cycles import Run
-from ..transients.paths import path_of
+from ..transients.march import path_of
 from ..transients.steady import MOST_CYCLES, reported
 from .load_steps import LoadStep, assemble
 from .range_starts import RangeStarts

@@ -1,24 +1,20 @@
 """Search over the starts for more or less steady dissipation: transients from given starts, and from where linear programs point."""
 
 from dataclasses import dataclass, replace
-from typing import cast
 
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import Outcome
 from ..contact.checks import Array
-from ..contact.parts import parted
 from ..contact.tolerances import LEVEL, PERIODIC, RESIDUAL
 from ..errors import NoContinuation, SolverError
 from ..transients import SteadyState, steady_state
 from ..transients.begin import Transient
 from ..transients.cycles import Run
-from ..transients.exact import ExactPath, return_map
-from ..transients.paths import path_of
+from ..transients.march import path_of
 from ..transients.steady import reported
-from ..transients.stepped import SteppedPath
-from .ascent import Ascent, increment_map
+from .ascent import Ascent
 from .range_starts import shortened
 from .starts import spread
 
@@ -56,7 +52,7 @@ class Orbit:
     start: Array
     state: SteadyState | None
     end: str
-    path: ExactPath | SteppedPath | None = None
+    path: Transient | None = None
 
     @property
     def work(self) -> float:
@@ -106,8 +102,7 @@ class Search:
                             return replace(met, name=name, start=start)
                 elif max(run.works[-2:]) < least and len(run.works) > 2:
                     return Orbit(name, start, None, "less work than looked for")
-            after = cast(ExactPath | SteppedPath, found.path)
-            orbit = Orbit(name, start, reported(run, found, np.inf if path.steps else 0.0), "followed", after)
+            orbit = Orbit(name, start, reported(run, found, np.inf if path.steps else 0.0), "followed", found.path)
             self._met.append((place, orbit))
         except (NoContinuation, SolverError) as error:
             orbit = Orbit(name, start, None, f"{type(error).__name__}: {error}")
@@ -151,12 +146,10 @@ class Search:
             if path is None or orbit.state is None or orbit.state.outcome is not Outcome.CYCLIC_SLIP or orbit.state.period > 1:
                 return replace(orbit, end="no slip that repeats in every cycle: not searched from")
             try:
-                cycle = return_map(path) if isinstance(path, ExactPath) else increment_map(path)
+                ascent = Ascent(path, sense, self._most)
             except (NoContinuation, SolverError) as error:
                 return replace(orbit, end=f"no derivative: {error}")
-            before, _ = parted(cycle.before, path.system.tangents + 1)
-            unit = unit or _spread(before, path)
-            better, ascent = None, Ascent(path, cycle, sense, self._most)
+            better, unit = None, unit or _spread(ascent.before, path)
             while better is None:
                 step = ascent.step(radius * unit)
                 if self.transients >= limit:
@@ -166,7 +159,7 @@ class Search:
                     return replace(orbit, end="local extreme")
                 if sense * orbit.work + _LEAP * step[1] < aim:
                     return replace(orbit, end=FAR)
-                tried = self.follow(orbit.name, before + step[0], orbit.work if sense > 0 else 0.0)
+                tried = self.follow(orbit.name, ascent.before + step[0], orbit.work if sense > 0 else 0.0)
                 better = tried if sense * (tried.work - orbit.work) > _WORK_GAIN * orbit.work else None
                 radius *= 2.0 if better else 0.25
             orbit = better

@@ -34,11 +34,6 @@ class RangeStarts:
         self._task, self._load_factor, self._limit = task, load_factor, limit
         self._slips = AdmissibleSlips(task)
 
-    @property
-    def problem(self) -> object:
-        """The program of the last admissible slips; None before there are some."""
-        return self._slips.problem
-
     def simple(self) -> dict[str, Array]:
         """No slip, and the slip that is safe at the shakedown limit."""
         starts = {"no slip": np.zeros(self._task.system.slip_shape)}

@@ -93,7 +93,7 @@ def open_under_mean(task: LimitQuestion) -> Booleans | None:
     SolverError
         An increment on the way to the mean load has no answer that passes the checks.
     """
-    from ..transients.paths import open_at_rest  # here, because a closed contact needs none
+    from ..transients.march import open_at_rest  # here, because a closed contact needs none
 
     try:
         opened = open_at_rest(task.system, task.cycle, task.friction)

@@ -51,7 +51,7 @@ def onset(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> Onset
     first = onset_from(system, checked_cycle(cycle), f)
     if not first.mean_opens:
         return first
-    from .paths import mean_state  # here, because a closed contact needs none
+    from .march import mean_state  # here, because a closed contact needs none
 
     try:
         return onset_from(system, cycle, f, mean_state(system, cycle, f))

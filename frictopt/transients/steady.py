@@ -16,8 +16,8 @@ from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import NoContinuation, SolverError
 from .cycles import Run, Settled
 from .judge import returns_after
+from .march import path_of
 from .outcome import SteadyState
-from .paths import path_of
 from .stepped import SteppedPath, doubts
 
 MOST_CYCLES = 2000
