@@ -26,11 +26,8 @@ from numba import njit
 STICK, SLIP, OPEN = 0, 1, 2
 """Statuses of a node; slip against +x is -1."""
 
-SETTLED, UNSETTLED, NOT_UNIQUE = 0, 1, 2
-"""Results of `settle`: rates that agree with the statuses; no such rates found; rates that agree, but may not be unique."""
-
-DONE, STALLED, FULL = SETTLED, 3, 4
-"""Results of `follow`, besides `UNSETTLED` and `NOT_UNIQUE`: end of the segment; too many events; the record is full."""
+DONE, UNSETTLED, STALLED, FULL = 0, 1, 2, 3
+"""Results of `follow`: end of the segment; no statuses found that agree with their rates, or others may, too; too many events; the record is full."""
 
 _ROUNDING, _CONDENSATION, _NO_DRIVE = 1e-12, 1e-10, 1e-15  # copies of `frictopt.contact.tolerances`; a test compares them
 AT_BOUND = 10 * _ROUNDING
@@ -355,7 +352,7 @@ def find_near(f, state, force):
 
 @_once
 def settle(S, f, state, active, force, known, near, least_r, least_u):
-    """Iterate on the signs of the rates until the statuses of all nodes near a bound agree with them.
+    """Iterate on the signs of the rates until the statuses of all nodes near a bound agree with them; returns whether they do, and no others may.
 
     `known`: the rates are those of the statuses; `near`: the number of these nodes; below `least_r` and `least_u` rates count as zero.
     """
@@ -381,12 +378,12 @@ def settle(S, f, state, active, force, known, near, least_r, least_u):
                 if iteration >= _BLOCK and wrong > 1:
                     wanted[node] = status[node]
         if wrong == 0:
-            return NOT_UNIQUE if not_unique or _may_also_slip(S, f, state, active, force, near) else SETTLED
+            return not (not_unique or _may_also_slip(S, f, state, active, force, near))
         share = change_statuses(S, f, status, active, wanted)
         if share == 0.0:
-            return UNSETTLED
+            return False
         not_unique = not_unique or share < 0.0
-    return UNSETTLED
+    return False
 
 
 @_once
@@ -656,9 +653,8 @@ def follow(S, f, bonded, ahead, state, active, proof, force, start, begins, reco
             solve_rates(S, active, state)
         else:
             near = find_near(f, state, force)
-            code = settle(S, f, state, active, force, known, near, _RATE * largest, _RATE * largest / stiffness)
-            if code != SETTLED:
-                return code, time
+            if not settle(S, f, state, active, force, known, near, _RATE * largest, _RATE * largest / stiffness):
+                return UNSETTLED, time
             if not prove(S, f, state, force, proof, near):
                 state.trace[2] += 1
         if len(record) > 0:

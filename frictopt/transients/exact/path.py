@@ -12,18 +12,7 @@ from ...contact.system import checked_plane
 from ...contact.tolerances import RESIDUAL
 from ...errors import NoContinuation
 from ..begin import Cycle, Transient
-from .kernel import (
-    DONE,
-    NOT_UNIQUE,
-    OPEN,
-    STALLED,
-    UNSETTLED,
-    compiled,
-    follow,
-    new_active_set,
-    new_state,
-    set_statuses,
-)
+from .kernel import DONE, OPEN, STALLED, UNSETTLED, compiled, follow, new_active_set, new_state, set_statuses
 
 _RESTART = RESIDUAL / 10  # residual of a state that a path may restart from: the cycle from there adds its own
 _ROWS = 256  # events that the record holds before they are moved to the history
@@ -166,7 +155,7 @@ class ExactPath(Transient):
                 self.history.append(self._record[: self.state.trace[3]].copy())
                 self.history[-1][:, 0] += self.visited
                 self.state.trace[3] = 0
-            if code in (UNSETTLED, NOT_UNIQUE):
+            if code == UNSETTLED:
                 self._solve_rate_problem(bonded - self.bonded, time, where)
         state = self.state
         self.bonded = bonded
