@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from frictopt.histories.guarantee import from_its_middle
+from frictopt.limits.answered import Mechanism
+from frictopt.limits.friction_bounds import safe_set
 from frictopt.limits.judge import judged
-from frictopt.limits.mechanism import Mechanism
 from frictopt.limits.question import pose
-from frictopt.limits.safe_model import safe_set
 from systems import CYCLE, explained, linprog_limit, on_both_bounds, random_system
 
 Z = [0.0, 0.0]

@@ -91,7 +91,7 @@ def test_the_limit_of_the_part_is_that_of_the_whole(seed, tangents):
             assert P[-n:, -n:] @ lean.friction_rate == pytest.approx(lean.friction_rate, abs=1e-9)
         assert lean.mechanism["share"].sum() == pytest.approx(1.0)
         assert np.abs(motion.stress(contact)).max() < 1e-8 * motion.size.max() * np.abs(contact.S).max()
-        resistance, drive = pose(contact, cycle, friction, slip_bound=most).work(motion)
+        resistance, drive = motion.work(pose(contact, cycle, friction, slip_bound=most))
         assert resistance / drive == pytest.approx(lean.load_factor, rel=1e-7) and (motion.opening >= 0).all()
 
 
@@ -121,7 +121,7 @@ def test_of_a_contact_that_lifts_off_the_closed_nodes_of_a_part_are_asked(tangen
         assert lean.load_factor == pytest.approx(full.load_factor, rel=1e-7, nan_ok=True)
         if lean.kind is fo.LimitKind.FINITE and lean.open.any():
             assert lean.record.left_out[0].startswith("mirror symmetry: the slip is its own image, and nodes that are open under the mean load, ")
-            resistance, drive = pose(contact, cycle, friction, slip_bound=most).work(lean._motion)
+            resistance, drive = lean._motion.work(pose(contact, cycle, friction, slip_bound=most))
             assert resistance / drive == pytest.approx(lean.load_factor, rel=1e-7)
             lean, full = (
                 fo.safe_slip(contact, cycle, friction, 0.5 * lean.load_factor, slip_bound=most, simplify=simplify) for simplify in (True, False)

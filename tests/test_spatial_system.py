@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.contact.onset import reach
+from frictopt.contact.coulomb import reach
 from spatial import cycle, random_contact, single
 
 NODE = single()

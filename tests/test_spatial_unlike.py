@@ -31,7 +31,7 @@ def test_limits_of_directions_of_very_unlike_stiffness_are_found(seed):
         motion = limit._motion
         d, lift = motion.slips.sum(axis=0).T.ravel(), motion.lift.sum(axis=0)
         assert np.abs((contact.A @ d + contact.B.T @ lift) / size[: 2 * n]).max() <= 1e-8 * np.abs(lift * size[2 * n :]).max()
-        resistance, drive = pose(contact, cycle(), f).work(motion)
+        resistance, drive = motion.work(pose(contact, cycle(), f))
         assert resistance / drive == pytest.approx(limit.load_factor, rel=1e-8)
 
 

@@ -175,6 +175,18 @@ def lengths(q: Array, p: Array) -> Array:
     return np.abs(q) if q.ndim == p.ndim else np.asarray(np.linalg.norm(q, axis=-1))
 
 
+def reach(q0: Array, g0: Array, q1: Array, g1: Array) -> Array:
+    """Largest lam with `|q0 + lam q1| <= g0 + lam g1`, inf where there is none; such lam form an interval, because the cone is convex.
+
+    q0, q1 are (..., 2), the bounds g0, g1 (...,). Where no lam obeys it, the one nearest to it.
+    """
+    a, b, c = (q1**2).sum(axis=-1) - g1**2, (q0 * q1).sum(axis=-1) - g0 * g1, g0**2 - (q0**2).sum(axis=-1)  # a lam^2 + 2 b lam <= c
+    root = np.sqrt(np.maximum(b**2 + a * c, 0.0))
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        last = np.where(b > 0, c / (b + root), np.where(a > 0, (root - b) / a, np.inf))  # each without cancellation
+    return np.where(g1 >= np.linalg.norm(q1, axis=-1), np.inf, last)
+
+
 def _states(name: str, value: object, shape: tuple[int, ...]) -> Array:
     array = real_array(name, value)
     if array.ndim not in (len(shape), len(shape) + 1) or array.shape[-len(shape) :] != shape or not array.size:

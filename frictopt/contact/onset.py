@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import NoContinuation
 from .checks import Array
-from .coulomb import lengths
+from .coulomb import lengths, reach
 from .cycle import LoadCycle, reactions
 from .diagnosis import unscaled_diagnosis
 from .parts import joined, parted
@@ -227,18 +227,6 @@ def _first_slip(called: tuple[int, str], system: ContactSystem, mean: tuple[Arra
     q = np.zeros(2) if node is None else q0[node] + load_factor * q1[node]
     size = float(np.linalg.norm(q))
     return OnsetEvent(*called, "slip", load_factor, node, (0.0 - float(q[0]) / size, 0.0 - float(q[1]) / size) if size > 0 else (0.0, 0.0))
-
-
-def reach(q0: Array, g0: Array, q1: Array, g1: Array) -> Array:
-    """Largest lam with `|q0 + lam q1| <= g0 + lam g1`, inf where there is none; such lam form an interval, because the cone is convex.
-
-    q0, q1 are (..., 2), the bounds g0, g1 (...,). Where no lam obeys it, the one nearest to it.
-    """
-    a, b, c = (q1**2).sum(axis=-1) - g1**2, (q0 * q1).sum(axis=-1) - g0 * g1, g0**2 - (q0**2).sum(axis=-1)  # a lam^2 + 2 b lam <= c
-    root = np.sqrt(np.maximum(b**2 + a * c, 0.0))
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        last = np.where(b > 0, c / (b + root), np.where(a > 0, (root - b) / a, np.inf))  # each without cancellation
-    return np.where(g1 >= np.linalg.norm(q1, axis=-1), np.inf, last)
 
 
 def _reach_zero(slack: Array, rate: Array, floor: float) -> Array:

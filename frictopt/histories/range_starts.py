@@ -11,9 +11,9 @@ from ..contact.coulomb import lengths
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import ModelError, SolverError
 from ..limits import ShakedownLimit, guaranteed_limit
-from ..limits.admissible import AdmissibleSlips
 from ..limits.mirrors import images_of
 from ..limits.question import LimitQuestion, pose
+from ..limits.safe_vertices import AdmissibleSlips
 
 _PARALLEL = ROUNDING  # directions of unit length that differ by less are one
 _BEYOND = 3.0, 10.0  # multiples of the extreme slips from which nodes open on the way to the mean load

@@ -24,8 +24,8 @@ from ..contact.record import SolveRecord
 from ..contact.tolerances import RESIDUAL, ZERO_LOAD_FACTOR
 from ..solve.solvers import solve
 from ..solve.standard_form import StandardForm
+from .answered import Mechanism
 from .critical_state import CriticalState
-from .mechanism import Mechanism
 from .mirrors import slip_on_whole
 from .safe_set import SafeSet
 

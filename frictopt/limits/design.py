@@ -18,13 +18,13 @@ from ..errors import ModelError
 from ..solve.contradiction import contradiction, is_unbounded
 from ..solve.solvers import solve
 from ..solve.standard_form import StandardForm, compiled
-from .circles import carried, helpless
 from .design_loads import PROFILE, DesignLoads, built_in, design_loads
 from .design_result import Design
+from .friction_bounds import carried, helpless, safe_set
 from .judge import answered
 from .own_rows import OF_A_MODEL
 from .question import LimitQuestion, pose
-from .safe_model import SafeModel, safe_set
+from .safe_model import SafeModel
 from .safe_set import SafeSet
 
 _NAMED = 4  # unbounded parts of a design that an error names

@@ -15,9 +15,8 @@ from ..contact.record import SolveRecord
 from ..contact.show import components, frame, places
 from ..errors import ModelError
 from ..solve.explain import Units, explain
-from .answered import Rated
+from .answered import Mechanism, Rated
 from .critical_search import LEFT_OUT, NodeClaim
-from .mechanism import Mechanism
 from .question import LimitQuestion
 from .shakedown_result import ShakedownLimit
 

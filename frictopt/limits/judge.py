@@ -11,8 +11,7 @@ from ..contact.checks import Array
 from ..contact.record import SolveRecord
 from ..contact.tolerances import FLOOR, RESIDUAL
 from ..solve.standard_form import StandardForm
-from .answered import Answered
-from .mechanism import Mechanism
+from .answered import Answered, Mechanism
 from .mirrors import on_whole
 from .safe_set import SafeSet
 from .safe_slip_result import SafeSlip
@@ -31,7 +30,7 @@ def judged(v: SafeSet, end: End | None = None, *, least: bool = False) -> Shaked
     """
     task, sense = v.task, -1 if least else 1
     load_factor, slip, motion = end or (v.solved_load_factor, v.solved_slip, v.motion()[0])
-    resistance, drive = task.work(motion)
+    resistance, drive = motion.work(task)
     if not sense * drive > 0:
         return ShakedownLimit(load_factor, LimitKind.FINITE, slip, np.inf, SolveRecord(), task, motion)
     motion = motion.scaled(sense / drive)
@@ -82,7 +81,7 @@ def judged_margin(v: SafeSet, load_factor: float | None) -> SafeSlip:
     motion, bounds, slips = _weighed(v)
     share = (1 - cap) / slips if slips > 0 and cap < 1 else 0.0
     motion, rate = motion.scaled(share), share * float(np.sum(bounds * task.states(at, slip)[3]))
-    resistance, drive = task.work(motion)
+    resistance, drive = motion.work(task)
     if load_factor is None:  # a free load factor >= 0 can only help against a drive below zero
         drive = min(drive, 0.0)
     off = defect(v, motion, slip)
@@ -112,7 +111,7 @@ def refuted(v: SafeSet) -> ShakedownLimit | None:
         return None
     motion, _, slips = _weighed(v)
     motion, none = motion.scaled(1 / slips if slips > 0 else 0.0), np.zeros(task.q1.shape[1:])
-    resistance, drive = task.work(motion)
+    resistance, drive = motion.work(task)
     off = defect(v, motion, none) + task.load_unit * max(-drive, 0.0)
     if not resistance + off < -RESIDUAL or off / -(resistance + off) / _FAR > RESIDUAL:
         return None

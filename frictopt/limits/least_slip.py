@@ -19,7 +19,7 @@ from ..contact.parts import joined, parted
 from ..contact.show import Plotted, Shown, components, frame, places
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import SolverError
-from .mechanism import Mechanism
+from .answered import Mechanism
 from .question import LimitQuestion
 
 _WEIGHT = ROUNDING  # weights of slip below this share of the stresses that they are sums of are zero

@@ -21,7 +21,7 @@ from ..contact.checks import Array
 from ..contact.coulomb import lengths
 from ..contact.parts import joined, parted
 from ..contact.tolerances import CONDENSATION, ROUNDING, SAME_POINT
-from .mechanism import Mechanism
+from .answered import Mechanism
 from .question import Images, LimitQuestion
 
 Integers = NDArray[np.intp]

@@ -9,10 +9,10 @@ from ..contact.checks import Array
 from ..contact.record import SolveRecord
 from ..contact.tolerances import RESIDUAL
 from ..solve.solvers import solve
+from .answered import Mechanism
+from .friction_bounds import safe_set
 from .judge import defect
-from .mechanism import Mechanism
 from .question import pose
-from .safe_model import safe_set
 from .safe_set import SafeSet, ruling
 
 _NO_LEAST_PRESSURE = RESIDUAL  # pressure, over the force scale, that counts as none: it has the error of an answer
@@ -54,7 +54,7 @@ class Pressing:
         motion = Mechanism(np.zeros(task.q1.shape), opening, task.friction, v.held()[0])
         opened = float(motion.opening.sum()) * task.force
         self.motion = motion.scaled((1 - cap) / opened if opened > 0 and cap < 1 else 0.0)
-        resistance, drive = task.work(self.motion)
+        resistance, drive = self.motion.work(task)
         off = defect(v, self.motion, slip)
         gap = abs(cap + resistance - load_factor * drive - self.least) + off  # a defect that closes the gap counts for slips like this one alone
         proves = opened > 0 or cap >= 1 - RESIDUAL  # multipliers that do not add up to one bound nothing

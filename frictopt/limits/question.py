@@ -15,7 +15,6 @@ from ..contact.parts import joined, parted
 from ..contact.system import checked_system
 from ..contact.tolerances import CONDENSATION, NO_COUPLING
 from ..errors import ModelError
-from .mechanism import Mechanism
 
 Images: TypeAlias = tuple[NDArray[np.intp], NDArray[np.intp], Array]
 """Where a part of a contact is on the whole one, G times: (G, K) corners, (G, m) unknowns and their signs."""
@@ -147,17 +146,6 @@ class LimitQuestion:
         """(K, O) gaps of the open nodes by the slip of the closed ones, of a question on these."""
         gaps = self.w0 + load_factor * self.w1
         return gaps if self.lift is None else gaps + self.lift @ slip.T.ravel()
-
-    def work(self, motion: Mechanism) -> tuple[float, float]:
-        """Resistance of the loads at load factor 0 and drive of what a load factor of 1 adds, both as work on a mechanism.
-
-        A safe slip at load factor lam needs `lam * drive <= resistance`; slips within their bound add the work that they do on what it holds.
-        """
-        press = np.zeros_like(self.w1) if motion.press is None else motion.press
-        parts = (motion.slips, self.q0, self.q1), (motion.lift, self.p0, self.p1), (press, self.w0, self.w1)
-        held = 0.0 if self.most is None or motion.hold is None else float(lengths(motion.hold, self.most) @ self.most)
-        at_zero = sum(float(np.sum((part if self.fixed else part.sum(axis=0)) * load)) for part, load, _ in parts)
-        return at_zero + held, -sum(float(np.sum(part * load)) for part, _, load in parts)
 
     @property
     def clearance(self) -> float:

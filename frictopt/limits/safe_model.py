@@ -11,9 +11,8 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
 from ..solve.solvers import LP, SOCP, solver_order
 from .answered import Answered
-from .circles import Circles
 from .design_loads import DesignLoads
-from .intervals import Intervals
+from .friction_bounds import safe_set
 from .mirrors import slip_on_whole
 from .own_rows import OF_A_MODEL, OwnRows, extended
 from .question import LimitQuestion, pose
@@ -112,8 +111,3 @@ class SafeModel:
             if once:
                 self._compiled[key] = asked, problem, own
         return v.posed(problem, own)
-
-
-def safe_set(task: LimitQuestion, design: DesignLoads | None = None) -> SafeSet:
-    """Unknowns and rows of the safe slips of a contact in the plane or in space; friction is set by `SafeSet.ask`."""
-    return (Intervals if task.system.tangents == 1 else Circles)(task, design)

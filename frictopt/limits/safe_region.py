@@ -15,7 +15,7 @@ from ..contact.parts import joined
 from ..contact.system import checked_system
 from ..contact.tolerances import RESIDUAL, ZERO_LOAD_FACTOR
 from ..errors import ModelError, SolverError
-from .mechanism import Mechanism
+from .answered import Mechanism
 from .mirrors import on_whole
 from .open_nodes import rest_of
 from .question import pose
@@ -135,7 +135,7 @@ class _Search:
         if reach <= ZERO_LOAD_FACTOR * limit._task.load_unit:
             reach = bound = 0.0
         motion = self._ruled(_of_closed(limit._motion, limit))
-        drives = [unit.work(motion)[1] for unit in self._unit]
+        drives = [motion.work(unit)[1] for unit in self._unit]
         motion = on_whole(self._unit[0], np.zeros(self._unit[0].q1.shape[1:]), motion)[2]
         return _Point(reach * np.array([first, second]), limit, np.array(drives), float(bound), motion)
 

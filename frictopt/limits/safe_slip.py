@@ -14,12 +14,13 @@ from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError, SolverError
 from ..solve.contradiction import contradiction
 from ..solve.solvers import NoOptimum, solve
+from .friction_bounds import safe_set
 from .judge import answered, judged_margin
 from .mirrors import half_of
 from .open_nodes import rest_under_mean
 from .own_rows import OF_A_MODEL
 from .question import LimitQuestion
-from .safe_model import SafeModel, safe_set
+from .safe_model import SafeModel
 from .safe_set import SafeSet
 from .safe_slip_result import SafeSlip
 

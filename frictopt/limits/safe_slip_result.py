@@ -13,8 +13,7 @@ from ..contact.record import SolveRecord
 from ..contact.show import frame
 from ..contact.tolerances import ROUNDING
 from ..solve.explain import Units, explain
-from .answered import Answered
-from .mechanism import Mechanism
+from .answered import Answered, Mechanism
 from .question import LimitQuestion
 
 _NO_MARGIN = ROUNDING  # a margin this little below zero is zero: that of the slip at the shakedown limit

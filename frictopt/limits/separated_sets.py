@@ -15,7 +15,7 @@ from ..contact.parts import joined, parted
 from ..contact.record import SolveRecord
 from ..contact.tolerances import RESIDUAL
 from ..errors import FrictoptError, SolverError
-from .mechanism import Mechanism
+from .answered import Mechanism
 from .open_nodes import compliance, open_under_mean, rest_of
 from .question import LimitQuestion
 from .shakedown import ShakedownModel

@@ -14,13 +14,12 @@ from ..contact.checks import listed, warns_of_odd_values
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
 from ..solve.solvers import solve
-from .circles import helpless
+from .friction_bounds import helpless
 from .judge import answered, judged, judged_by_rows, refuted
 from .least_load import with_least_load
 from .mirrors import half_of
-from .no_limit import no_limit, no_limit_under
 from .open_nodes import rest_under_mean
-from .plain_limits import by_one_node, in_closed_form
+from .plain_limits import by_one_node, in_closed_form, no_limit, no_limit_under
 from .question import LimitQuestion
 from .safe_model import SafeModel
 from .safe_set import SafeSet

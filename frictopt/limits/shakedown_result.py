@@ -16,9 +16,8 @@ from ..contact.record import SolveRecord
 from ..contact.show import frame
 from ..errors import ModelError
 from ..solve.explain import Units, explain
-from .answered import Rated
+from .answered import Mechanism, Rated
 from .least_slip import LeastSlip, least_slip
-from .mechanism import Mechanism
 from .open_nodes import border
 from .question import LimitQuestion
 
