@@ -17,9 +17,8 @@ from ..contact.tolerances import COUNTS, SAME_POINT
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Kinematics, Part, boundary_forces, circumference, values_at
-from .faces import areas_of, course, facets_around, normals_of, sag
+from .faces import Overlaps, areas_of, course, facet_overlaps, facets_around, mortar_projection, normals_of, sag
 from .given import same_point
-from .mortar import Overlaps, facet_overlaps, mortar_projection
 from .ordering import Integers
 
 _FACED = 0.5  # least share of a facet of body 1 that faces body 2: the ends and rims of round faces miss each other by their sag
