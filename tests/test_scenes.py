@@ -179,3 +179,25 @@ def test_a_dovetail_that_is_reduced_to_its_contacts_and_its_top():
         contact=given["contact"],
     )
     assert np.allclose(system.S, whole.S, rtol=0, atol=1e-10 * np.abs(whole.S).max())
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        fo.scenes.PunchOnHalfPlane(elements=6, growth=2.0),
+        fo.scenes.Dovetail(angle=79, elements=4, growth=2.0),
+        fo.scenes.PinInPlate(elements=8, growth=2.0),
+        fo.scenes.PressFit(elements=4, growth=2.0),
+        fo.scenes.SquarePunch(elements=2, growth=2.0),
+    ],
+    ids=lambda scene: type(scene).__name__,
+)
+def test_matrices_of_a_scene_make_its_contact_and_no_pair_may_be_exchanged(scene):
+    model = scene.model()
+    given, S = matrices_of(model), model.condense().S
+    assert np.allclose(fo.condense(**given).S, S, rtol=0, atol=1e-12 * np.abs(S).max())
+    for i in range(len(given["pairs"])):
+        exchanged = given["pairs"].copy()
+        exchanged[i] = exchanged[i, ::-1]
+        with pytest.raises(fo.ModelError, match=f"normals: that of pair {i} at .* does not point from body 2 into body 1"):
+            fo.condense(**{**given, "pairs": exchanged})

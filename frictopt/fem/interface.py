@@ -218,7 +218,8 @@ def check_sides(K: csr_matrix, unknowns: Integers, graph: csr_matrix, interface:
     """Check that the normals point into body 1: nodes off the contact that are joined to those of a pair lie ahead in body 1, behind in body 2.
 
     A normal is wrong where some of them contradict it and none agrees, or some of either body do: at a re-entrant corner those of one body may do so.
-    A node that is joined to held ones too, which the matrix does not have, tells nothing, and neither do reduced models, in which all are joined.
+    A node that is joined to clamped ones too, which the matrix does not have and which pull it back in any shift, tells nothing, and neither do
+    reduced models, in which all are joined.
 
     Raises
     ------
@@ -227,10 +228,12 @@ def check_sides(K: csr_matrix, unknowns: Integers, graph: csr_matrix, interface:
     """
     shifts, listed = np.zeros((K.shape[0], points.shape[1])), unknowns >= 0
     shifts[unknowns[listed], np.nonzero(listed)[1]] = 1.0
-    pulled = np.abs(K @ shifts).max(axis=1) > _ASIDE * np.abs(K.diagonal())
+    pulled = (np.abs(K @ shifts) > _ASIDE * np.abs(K.diagonal())[:, None])[unknowns] & listed[
+        ..., None
+    ]  # of node and row, in the shift along each axis
     _, body = connected_components(graph, directed=False)
     size, joined = np.bincount(body), np.bincount(body, np.diff(graph.indptr))
-    telling = ((size <= _ONE) | (joined < _ALL * size**2))[body] & ~(listed & pulled[unknowns]).any(axis=1)
+    telling = ((size <= _ONE) | (joined < _ALL * size**2))[body] & ~pulled.any(axis=1).all(axis=1)
     links, normals = interface.opening.tocoo(), interface.frames[:, -1]
     own = telling[links.col]
     pair, node, side = links.row[own], links.col[own], np.sign(links.data[own])
