@@ -207,6 +207,20 @@ def test_where_the_mean_load_pulls_more_load_needs_less_friction():
         assert least == pytest.approx(each.load_factor, rel=1e-4) and fo.shakedown_limit(node, cycle, each.bound).least > each.load_factor
 
 
+def test_less_friction_is_enough_with_the_node_that_it_leaves_open():
+    """Under the mean load node 1 opens with friction 0.25 and not with 0.3; open, it leaves a contact of one node, whose slips are tried here."""
+    S = np.array([[1.8, 0.1, -0.6, -0.6], [0.1, 1.0, 0.0, 0.5], [-0.6, 0.0, 1.5, -0.2], [-0.6, 0.5, -0.2, 1.4]])
+    mean, corners = np.array([-0.1, 0.1, 1.2, 1.0]), np.array([[1.5, -0.2, -0.4, 0.2], [-0.5, 0.5, -0.2, 0.1], [-0.9, 0.4, -0.1, -0.1]])
+    contact = fo.ContactSystem(S, [[0, 0], [1, 0]], {"P": mean} | {str(k): r for k, r in enumerate(corners)}, gap=[0.0, 1.2])
+    required = fo.required_friction(contact, fo.LoadCycle({"P": 1.0}, [{"0": 1.0}, {"1": 1.0}, {"2": 1.0}]), 0.2)
+    take = S[[0, 2]][:, [1, 3]] @ np.linalg.inv(S[[1, 3]][:, [1, 3]])
+    r = (mean + 0.2 * corners) @ np.c_[[1, -take[0, 0], 0, -take[0, 1]], [0, -take[1, 0], 1, -take[1, 1]]]
+    q, p = r.T[:, None] + np.multiply.outer(S[[0, 2], 0] - take @ S[[1, 3], 0], np.linspace(-1, 1, 200_001))[..., None]
+    ratio = np.where(p > 0, np.abs(q) / p, np.inf).max(axis=1)
+    assert required.required == pytest.approx(ratio.min(), rel=1e-4) and required.open.tolist() == [False, True]
+    assert required.reason == "no residual slip is safe with a little less: see the mechanism"
+
+
 def test_a_node_in_space_needs_the_radius_of_the_smallest_circle_around_its_shears():
     """Three shears of size 1, 120 degrees apart, and a mean shear that slip takes away; pressed by 2: f = 1 / 2, at half the load a quarter."""
     node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 2], "X": [1, 0, 0], "Y": [0, 1, 0]})

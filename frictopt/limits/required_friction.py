@@ -23,6 +23,7 @@ _PROVEN_FRICTION = 100 * RESIDUAL  # share between the two friction coefficients
 _WIDEST_PROOF = 1e4 * RESIDUAL  # and the largest: a small node has a small part of the margin
 _LEAST_FRICTION = 1e-6  # which linear programs can tell from 0
 _MORE_FRICTION = tuple(4.0**k for k in range(1, 8))  # tried where 1 is not enough, up to what linear programs can tell from inf
+_LESS_FRICTION = tuple(0.7**k for k in range(1, 7))  # shares tried below an answer where the mean load may open nodes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -79,8 +80,9 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     none is. It is the root of the margin of `safe_slip`, which never falls as friction grows. It is finite if some slip presses every
     node at every corner (f is then at most the largest `abs(q) / p` there). If no slip does, no friction is enough. More load may need less friction,
     where the mean load alone is not safe and the corners press: the load factors that are safe with one friction are an interval, see
-    `ShakedownLimit.least`. Which nodes the mean load leaves open, see `shakedown_limit`, depends on friction; it is proven then that a slip is safe
-    with those that are open at the answer, and none with those that are open just below it. Theory, eq. (16).
+    `ShakedownLimit.least`. Which nodes the mean load leaves open, see `shakedown_limit`, depends on friction, so a slip that is safe with some may
+    not be with more. Less friction is tried there in steps, and it is proven that a slip is safe with the nodes that are open at the answer, and none
+    with those that are open just below it. Theory, eq. (16).
 
     Parameters
     ----------
@@ -116,7 +118,7 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     none_needed = alike and asked.proven(0.0, True)  # else no slip takes the shear off at all corners
     if not (none_needed or asked.proven(most, True)):
         pressed, record = best_pressed(system, cycle, load_factor, slip_bound)
-        tried = () if pressed.impossible and not asked.opened else _MORE_FRICTION
+        tried = (() if pressed.impossible and not asked.opened else _MORE_FRICTION) + (_LESS_FRICTION if asked.may_open else ())
         most = next((friction for friction in tried if asked.proven(friction, True)), np.inf)
         if pressed.impossible and most == np.inf:
             mechanism, record = pressed.motion.table(system, cycle.corner_names), replace(record, seconds=perf_counter() - started)
@@ -148,7 +150,8 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
                     "or check for reactions of very different sizes"
                 )
         enough, too_little, bound = asked.safe(root * (1 + step)), asked.safe(root * (1 - step)), root * (1 - step)
-        mechanism, why = too_little._motion.table(system, cycle.corner_names), f"no residual slip{within} is safe with less: see the mechanism"
+        mechanism = too_little._motion.table(system, cycle.corner_names)
+        why = f"no residual slip{within} is safe with {'a little ' * asked.may_open}less: see the mechanism"
     attempts = enough.record.attempts + too_little.record.attempts * (too_little is not enough)
     residual, seconds = max(enough.residual, too_little.residual), perf_counter() - started
     record = replace(enough.record, attempts=attempts, residual=residual, seconds=seconds)
@@ -161,6 +164,8 @@ class _Asked:
 
     def __init__(self, model: SafeSlipModel, load_factor: float) -> None:
         self._model, self._load_factor = model, load_factor
+        self.may_open = bool((model._asked.p0 < 0).any())
+        """Whether the mean load may open nodes, more or fewer of them with more friction."""
         self._found: dict[float, SafeSlip] = {}
 
     def safe(self, friction: float) -> SafeSlip:
@@ -188,7 +193,8 @@ class _Asked:
             if not (max(least, _LEAST_FRICTION) < friction + step < most and abs(step) < before / 2):
                 step = (least + most) / 2 - friction
             friction, before = friction + step, abs(step)
-        return friction
+        less = (share * friction for share in _LESS_FRICTION if self.may_open)
+        return next((self.root(enough) for enough in less if self.proven(enough, True)), friction)
 
     def proven(self, friction: float, exists: bool) -> bool:
         """Whether it is proven that a safe slip exists, or that none does."""
