@@ -1,4 +1,4 @@
-"""Constraints of the user's own in the shakedown limit, against linear programs over raw slips with every row of every corner."""
+"""Constraints and objectives of the user's own, in the plane and in space, against programs over raw slips with every row of every corner."""
 
 import cvxpy as cp
 import numpy as np
@@ -9,62 +9,93 @@ from scipy.optimize import linprog
 
 import frictopt as fo
 from frictopt.solve import solvers as policy
+from oracle import Oracle
+from spatial import cycle as spatial_cycle
+from spatial import random_contact
 from systems import CYCLE, explained, linprog_limit, mirrored, on_both_bounds, random_system
 from test_slip_bound import freed
 
-
-def oracle(contact, f, upper=(), equal=(), cycle=CYCLE):
-    return linprog_limit(contact, cycle, f, upper=upper, equal=equal)
-
-
-def agrees(limit, status, value):
-    assert limit.kind is {0: fo.LimitKind.FINITE, 2: fo.LimitKind.NO_SAFE_SLIP, 3: fo.LimitKind.UNBOUNDED}[status] and limit.residual <= 1e-9
-    if status == 0:
-        assert limit.load_factor == pytest.approx(value, rel=1e-7, abs=1e-8) and limit.bound == pytest.approx(value, rel=1e-7, abs=1e-8)
+BOTH = pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
+TURNS = spatial_cycle()
 
 
-@settings(max_examples=40)
-@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 5), f=st.floats(0.05, 1.5), free=st.booleans(), size=st.sampled_from([-0.05, 0.0, 0.05, 0.5]))
-def test_slips_at_most_so_large_in_one_direction(seed, nodes, f, free, size):
-    contact = random_system(np.random.default_rng(seed), nodes)
-    contact = freed(contact) if free else contact
-    model = fo.ShakedownModel(contact, CYCLE)
-    agrees(model.solve(f, [model.slip <= size]), *oracle(contact, f, [(row, 0.0, size) for row in np.eye(nodes)]))
+def contact_of(rng, nodes, tangents):
+    return random_contact(rng, nodes) if tangents == 2 else random_system(rng, nodes, ("mean", *"abc"))
 
 
-@settings(max_examples=40)
+def agrees(limit, value, rel=1e-7):
+    """A limit and its proof, with the value of an oracle: nan where nothing is safe, inf without an end."""
+    assert limit.load_factor == pytest.approx(value, rel=rel, abs=10 * rel, nan_ok=True) and limit.residual <= 1e-9
+    if limit.kind is fo.LimitKind.FINITE:
+        assert limit.bound == pytest.approx(limit.load_factor, rel=1e-8, abs=1e-8)
+
+
+@BOTH
+@settings(max_examples=30)
 @given(
     seed=st.integers(0, 10**6),
     f=st.floats(0.1, 1.0),
     at=st.sampled_from([0.0, 0.1, 3.0]),
+    cost=st.sampled_from([0.0, 0.3, 3.0]),
     simplify=st.booleans(),
     solver=st.sampled_from([None, "CLARABEL"]),
+    free=st.booleans(),
 )
-def test_an_equation_of_slips_load_factor_and_reactions(seed, f, at, simplify, solver):
-    rng = np.random.default_rng(seed)
-    contact, weights = random_system(rng, 3), rng.normal(size=3)
-    model = fo.ShakedownModel(contact, CYCLE, simplify=simplify, solver=solver)
-    (q0, _), (q1, _) = CYCLE.mean_reaction(contact), CYCLE.corner_reactions(contact)
-    _, (_, p1) = CYCLE.mean_reaction(contact), CYCLE.corner_reactions(contact)
-    p0 = CYCLE.mean_reaction(contact)[1]
-    equal = [(weights, 0.3, at)]
-    upper = [(contact.A[0], q1[1, 0], 0.3 - q0[0]), (-contact.B[2], -p1[0, 2], p0[2] - 0.2)]
-    limit = model.solve(f, [weights @ model.slip + 0.3 * model.load_factor == at, model.q[1, 0] <= 0.3, model.p[0, 2] >= 0.2])
-    agrees(limit, *oracle(contact, f, upper, equal))
+def test_rows_equations_norms_and_objectives_of_slip_load_factor_and_reactions(tangents, seed, f, at, cost, simplify, solver, free):
+    """`free`: in the plane, of a body that nothing holds against a slide."""
+    rng, rel = np.random.default_rng(seed), 1e-7 if tangents == 1 else 1e-6
+    contact, weights = contact_of(rng, 3, tangents), rng.normal(size=(3, tangents)).squeeze()
+    contact = freed(contact) if free and tangents == 1 else contact
+    model, oracle = fo.ShakedownModel(contact, TURNS, simplify=simplify, solver=solver), Oracle(contact, TURNS, f)
+
+    def own(slip, lam, q, p):
+        return [
+            cp.sum(cp.multiply(weights, slip)) + 0.3 * lam == at,
+            cp.norm1(slip[0]) <= 0.5 + 0.01 * lam,
+            cp.max(slip[1]) <= 0.4,
+            cp.sum(q[1][2]) <= 0.9 * f * p[1][2],
+            cp.norm(q[2][1]) <= 0.8 * f * p[2][1],
+        ]
+
+    mine, same = own(model.slip, model.load_factor, model.q, model.p), own(oracle.slip, oracle.lam, oracle.q, oracle.p)
+    limit = model.solve(f, mine)
+    agrees(limit, oracle.largest(same), rel)
     if limit.kind is fo.LimitKind.FINITE:
-        q, p = limit.reactions
-        assert model.q.value == pytest.approx(q, abs=1e-9) and model.p.value == pytest.approx(p, abs=1e-9)
-        assert model.slip.value == pytest.approx(limit.slip, abs=1e-9) and model.load_factor.value == pytest.approx(limit.load_factor, rel=1e-12)
+        values = model.slip, model.load_factor, model.q, model.p
+        for expression, value in zip(values, (limit.slip, limit.load_factor, *limit.reactions), strict=True):
+            assert expression.value == pytest.approx(value, abs=1e-9)
+        goals = [2 * lam - cost * cp.sum(cp.abs(slip)) for lam, slip in ((model.load_factor, model.slip), (oracle.lam, oracle.slip))]
+        chosen = model.solve(f, mine, objective=goals[0])
+        assert chosen.objective == pytest.approx(oracle.largest(same, goals[1]), rel=10 * rel, abs=10 * rel)
+        assert chosen.bound == pytest.approx(chosen.objective, rel=1e-7, abs=1e-8) and f"objective={chosen.objective:.6g}" in repr(chosen)
+        assert 2 * chosen.load_factor - cost * np.abs(chosen.slip).sum() == pytest.approx(chosen.objective, abs=1e-8)
+        assert chosen.load_factor <= limit.load_factor * (1 + 1e-8) and "no limit" in chosen.reason
 
 
-def test_a_sum_of_absolute_slips_against_all_its_signs():
-    for seed in range(8):
-        contact = random_system(np.random.default_rng(seed), 3)
-        model = fo.ShakedownModel(contact, CYCLE)
-        signs = [(np.array(s), 0.0, 0.06) for s in np.array(np.meshgrid(*[[-1, 1]] * 3)).reshape(3, -1).T]
-        agrees(model.solve(0.4, [cp.norm1(model.slip) <= 0.06]), *oracle(contact, 0.4, signs))
-        own = cp.Variable(3)  # the same with variables of one's own
-        agrees(model.solve(0.4, [own >= model.slip, own >= -model.slip, cp.sum(own) <= 0.06]), *oracle(contact, 0.4, signs))
+@BOTH
+def test_constraints_that_nothing_obeys_are_named(tangents):
+    contact = contact_of(np.random.default_rng(2), 3, tangents)
+    model, safe = fo.ShakedownModel(contact, TURNS), fo.SafeSlipModel(contact, TURNS)
+    above = model.solve(0.4).load_factor * 1.01
+    harmless, impossible = model.slip <= 10.0, (model.load_factor >= above).set_label("service load")
+    limit = model.solve(0.4, [harmless, impossible])
+    assert limit.kind is fo.LimitKind.NO_SAFE_SLIP and np.isnan(limit.load_factor) and np.isnan(limit.slip).all()
+    assert "obeys service load:" in limit.reason and limit.constraints == ("constraints[0]", "service load")
+    printed = explained(model.solve(0.4, [harmless, model.load_factor >= 0.98 * above]))
+    assert all(text in printed for text in ("constraints[0]", "constraints[1]", "the dual bound covers them", "in units of"))
+    low, high = (cp.sum(safe.slip[0]) <= 0.1).set_label("low"), (cp.sum(safe.slip[0]) >= 0.2).set_label("high")
+    with pytest.raises(fo.ModelError, match=r"low, high: no residual slip, safe or not, obeys this at load factor 0\.3"):
+        safe.solve(0.4, 0.3, [low, safe.slip <= 7.0, high])
+    assert safe.solve(0.4, 0.3, [low]).constraints == ("low",)
+
+
+def test_all_forms_of_a_constraint_say_the_same():
+    model, own = fo.ShakedownModel(random_system(np.random.default_rng(1), 3), CYCLE), cp.Variable(3)
+    bounds = [model.slip <= 0.05], [cp.NonNeg(0.05 - model.slip)], [0.05 >= model.slip], [cp.max(model.slip) <= 0.05]
+    sums = [cp.norm1(model.slip) <= 0.06], [own >= model.slip, own >= -model.slip, cp.sum(own) <= 0.06]  # with variables of one's own
+    for forms in (bounds, sums):
+        limits = [model.solve(0.4, form).load_factor for form in forms]
+        assert limits == pytest.approx([limits[0]] * len(limits), rel=1e-9) and limits[0] < 0.99 * model.solve(0.4).load_factor
 
 
 def test_a_constraint_on_one_side_of_a_mirror_symmetric_contact_is_not_lost(monkeypatch):
@@ -74,7 +105,7 @@ def test_a_constraint_on_one_side_of_a_mirror_symmetric_contact_is_not_lost(monk
     most = 0.5 * model.solve(0.5).slip[0]
     row = np.eye(4)[0] * np.sign(most)
     limit = model.solve(0.5, [row @ model.slip <= abs(most)])
-    agrees(limit, *oracle(contact, 0.5, [(row, 0.0, abs(most))], cycle=cycle))
+    agrees(limit, linprog_limit(contact, cycle, 0.5, upper=[(row, 0.0, abs(most))])[1])
     assert not any("mirror" in text for text in limit.record.left_out)
 
 
@@ -84,21 +115,7 @@ def test_an_uncoupled_contact_has_no_closed_form_under_constraints():
     closed = model.solve(0.4)
     limit = model.solve(0.4, [model.slip <= -0.15])
     assert closed.record.solver == "closed form" and limit.record.solver != "closed form" and limit.load_factor < closed.load_factor
-    agrees(limit, *oracle(contact, 0.4, [(row, 0.0, -0.15) for row in np.eye(3)]))
-
-
-def test_constraints_that_nothing_obeys_are_named():
-    contact = random_system(np.random.default_rng(1), 3)
-    model = fo.ShakedownModel(contact, CYCLE)
-    above = fo.shakedown_limit(contact, CYCLE, 0.4).load_factor * 1.01
-    harmless, impossible = model.slip <= 10.0, (model.load_factor >= above).set_label("at least the service load")
-    limit = model.solve(0.4, [harmless, impossible])
-    assert limit.kind is fo.LimitKind.NO_SAFE_SLIP and np.isnan(limit.load_factor) and np.isnan(limit.slip).all()
-    assert "at least the service load" in limit.reason and "constraints[0]" not in limit.reason
-    assert limit.constraints == ("constraints[0]", "at least the service load")
-    printed = explained(model.solve(0.4, [harmless, model.load_factor >= 0.98 * above]))
-    for text in ("constraints[0]", "constraints[1]", "the dual bound covers them", "in units of"):
-        assert text in printed
+    agrees(limit, linprog_limit(contact, CYCLE, 0.4, upper=[(row, 0.0, -0.15) for row in np.eye(3)])[1])
 
 
 def test_units_do_not_matter_and_the_objective_has_the_unit_that_is_printed():
@@ -165,13 +182,6 @@ def test_bad_constraints_are_refused(constraint, message):
 TWO = random_system(np.random.default_rng(0), 3), CYCLE
 
 
-def test_all_forms_of_a_constraint_say_the_same():
-    model = fo.ShakedownModel(random_system(np.random.default_rng(1), 3), CYCLE)
-    forms = model.slip <= 0.05, cp.NonNeg(0.05 - model.slip), 0.05 >= model.slip, cp.max(model.slip) <= 0.05
-    limits = [model.solve(0.4, [form]).load_factor for form in forms]
-    assert limits == pytest.approx([limits[0]] * len(limits), rel=1e-9) and limits[0] < 0.99 * model.solve(0.4).load_factor
-
-
 def test_a_contact_that_its_load_presses_has_no_limit_under_constraints_that_leave_a_slip():
     model = fo.ShakedownModel(random_system(np.random.default_rng(0), 2), fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}, {"mean": 2.0}]))
     limit = model.solve(0.5, [cp.abs(model.slip) <= 1.0])
@@ -186,7 +196,7 @@ def test_the_guaranteed_limit_under_constraints_is_the_least_over_the_slips_that
     model = fo.GuaranteedModel(contact, CYCLE, simplify=False)
     limit = model.solve(f, [model.slip <= size])
     upper = [(row, 0.0, size) for row in np.eye(nodes)]
-    agrees(limit.shakedown, *oracle(contact, f, upper))
+    agrees(limit.shakedown, linprog_limit(contact, CYCLE, f, upper=upper)[1])
     if limit.kind is fo.LimitKind.FINITE:
         expected = np.nanmin([*on_both_bounds(contact, CYCLE, f, upper=upper)[:, 0], limit.shakedown.load_factor])
         assert limit.load_factor == pytest.approx(expected, rel=1e-7, abs=1e-8) and limit.constraints == ("constraints[0]",)
@@ -239,9 +249,25 @@ def test_the_margin_under_constraints(seed, f, factor, size):
     assert model.q.value == pytest.approx(q0 + factor * q1 + contact.A @ safe.slip, abs=1e-9) and model.load_factor.value == factor
 
 
-def test_a_slip_that_cannot_be_is_refused_by_name():
-    model = fo.SafeSlipModel(*TWO)
-    low, high = (model.slip[0] <= 0.1).set_label("low"), (model.slip[0] >= 0.2).set_label("high")
-    with pytest.raises(fo.ModelError, match=r"low, high: no residual slip, safe or not, obeys this at load factor 0\.3"):
-        model.solve(0.4, 0.3, [low, model.slip <= 7.0, high])
-    assert model.solve(0.4, 0.3, [low]).constraints == ("low",)
+def test_the_rate_of_an_objective_is_its_slope():
+    contact = random_system(np.random.default_rng(1), 3)
+    model = fo.ShakedownModel(contact, CYCLE)
+    goal = 3 * model.load_factor - 0.4 * cp.norm1(model.slip)
+    low, at, high = (model.solve(f, objective=goal) for f in (0.4 - 1e-5, 0.4, 0.4 + 1e-5))
+    assert at.friction_rate.sum() == pytest.approx((high.objective - low.objective) / 2e-5, rel=1e-3)
+    assert at.load_rates.rate.isna().all()
+
+
+@pytest.mark.parametrize(
+    ("objective", "message"),
+    [
+        (lambda model: 3.0, "objective: 3.0"),
+        (lambda model: model.slip, "objective: .*scalar"),
+        (lambda model: cp.norm1(model.slip), "objective: not convex"),
+        (lambda model: cp.sum(cp.Variable(2)), "objective: it grows without end"),
+    ],
+)
+def test_bad_objectives_are_refused(objective, message):
+    model = fo.ShakedownModel(*TWO)
+    with pytest.raises(fo.ModelError, match=message):
+        model.solve(0.4, objective=objective(model))
