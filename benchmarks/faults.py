@@ -238,7 +238,7 @@ FAULTS = (
     Fault("limits/critical_state.py", "one pair of corners alone where a part is fixed", "for k, j in ends if",
           "for k, j in list(ends)[:1] if", "fixed_part"),
     Fault("limits/friction_bounds.py", "corners of the hull by the cyclic loads alone",
-          "[] if cycle.fixed is None else [cycle.fixed]", "[]", "fixed_part*"),
+          "[] if cycle.fixed is None else [cycle.fixed]", "[]", "fixed_part"),
     Fault("histories/run.py", "what is fixed has no part in the keys of a study", "*reactions, *fixed)", "*reactions)", "fixed_part"),
     Fault("limits/safe_set.py", "slip is bounded one way alone", "slip >= -most", "slip >= -2.0 * most", "slip_bound"),
     Fault("limits/safe_set.py", "a slip bound in space holds the other way", "held[most > 0] = -self.rows", "held[most > 0] = self.rows",

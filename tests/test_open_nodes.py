@@ -2,15 +2,14 @@
 
 import warnings
 
-import cvxpy as cp
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.contact.parts import joined
 from frictopt.limits.question import pose
+from oracle import Oracle
 from separation import pulled_system
 from spatial import random_contact, vectors
 from studies.validation.fuzz.embedded import embedded
@@ -40,20 +39,6 @@ def open_in_space(seed, nodes=5):
     return contact, cycle, fo.shakedown_limit(contact, cycle, 0.6)
 
 
-def largest_in_space(contact, cycle, f, opened):
-    """Largest load factor with nodes that stay open, with slip and gap of each open node at each corner as unknowns."""
-    n, lam, v = contact.nodes, cp.Variable(nonneg=True), cp.Variable(2 * contact.nodes)
-    mean, corners = joined(*contact.closed_reaction(cycle.mean)), joined(*(np.array(part) for part in cycle.corner_reactions(contact)))
-    rows, shut = [], ~opened
-    for r in corners:
-        u, w = cp.Variable(2 * n), cp.Variable(n)
-        forces = mean + lam * r + contact.S @ cp.hstack([u, w])
-        q, p = cp.reshape(forces[: 2 * n], (n, 2), order="F"), forces[2 * n :]
-        rows += [w >= 0, w[shut] == 0, cp.reshape(u - v, (n, 2), order="F")[shut] == 0, q[opened] == 0, p[opened] == 0]
-        rows += [cp.SOC(f * p[shut], q[shut], axis=1)]
-    return cp.Problem(cp.Maximize(lam), rows).solve(solver="CLARABEL")
-
-
 @settings(max_examples=15)
 @given(st.integers(0, 10**6), st.sampled_from([CYCLE, THREE]))
 def test_the_limit_is_that_of_a_program_in_all_slips_and_gaps(seed, cycle):
@@ -71,7 +56,7 @@ def test_the_limit_is_that_of_a_program_in_all_slips_and_gaps(seed, cycle):
 def test_the_limit_in_space_is_that_of_cones_in_all_slips_and_gaps(seed):
     contact, cycle, limit = open_in_space(seed)
     assume(limit.open.any() and 1e-3 < limit.load_factor < np.inf)
-    assert limit.load_factor == pytest.approx(largest_in_space(contact, cycle, 0.6, limit.open), rel=1e-6)
+    assert limit.load_factor == pytest.approx(Oracle(contact, cycle, 0.6, limit.open).largest(), rel=1e-6)
     assert limit.residual <= 1e-9 and limit.bound == pytest.approx(limit.load_factor, rel=1e-8)
     q, p = limit.reactions
     assert not q[:, limit.open].any() and not p[:, limit.open].any()
@@ -109,38 +94,6 @@ def test_the_state_of_a_safe_slip_rests_and_no_slip_is_safe_beyond_the_limit(see
         assert rests.outcome is fo.Outcome.SHAKEDOWN
     beyond = fo.safe_slip(contact, CYCLE, friction, 1.001 * limit.load_factor)
     assert not beyond.exists and beyond.certificate is not None and "also with" in beyond.reason
-
-
-@settings(max_examples=8)
-@given(st.integers(0, 10**6))
-def test_rates_are_differences_of_the_limit(seed):
-    contact, friction, limit = open_contact(seed)
-    step = 1e-6
-    for load, part, amplitude in (("mean", "mean", 1.0), ("cyclic", "cyclic = -1", -1.0)):
-        cycles = [
-            fo.LoadCycle({"mean": 1.0 + (part == "mean") * by}, [{"cyclic": -1.0 + (part != "mean") * by}, {"cyclic": 1.0}]) for by in (-step, step)
-        ]
-        less, more = (fo.shakedown_limit(contact, cycle, friction) for cycle in cycles)
-        assume(less.open.tolist() == more.open.tolist() == limit.open.tolist())
-        rates = limit.load_rates.set_index(["load", "part"])["rate"]
-        low, high = sorted((limit.load_factor - less.load_factor, more.load_factor - limit.load_factor))  # a kink has a rate between
-        slack = 1e-4 * step * (1 + limit.load_factor) + 1e-9 * limit.load_factor
-        assert low - slack <= step * rates[load, part] <= high + slack, (part, amplitude)
-    more, less = (fo.shakedown_limit(contact, CYCLE, friction + by).load_factor - limit.load_factor for by in (step, -step))
-    low, high = sorted((more, -less))
-    assert low - 1e-9 <= step * limit.friction_rate.sum() * 1.0 + 1e-8 and step * limit.friction_rate.sum() <= high + 1e-8
-
-
-@settings(max_examples=6)
-@given(st.integers(0, 10**6))
-def test_the_required_friction_is_where_the_limit_crosses_the_load(seed):
-    contact, friction, limit = open_contact(seed)
-    required = fo.required_friction(contact, CYCLE, 0.9 * limit.load_factor)
-    assert required.required <= friction * (1 + 1e-5)
-    enough, less = (fo.shakedown_limit(contact, CYCLE, required.required * share) for share in (1 + 1e-4, 1 - 1e-4))
-    assert enough.load_factor >= 0.9 * limit.load_factor * (1 - 1e-6)
-    assert not less.load_factor >= 0.9 * limit.load_factor
-    assert required.reactions[1].min() >= -1e-9
 
 
 def test_amplitudes_of_two_loads_with_a_node_that_stays_open():
@@ -189,7 +142,7 @@ def test_a_separated_limit_in_space_is_never_less_and_rests(seed):
     best = fo.separated_limit(contact, cycle, 0.6, most_sets=16)
     assert best.load_factor >= limit.load_factor and best.residual <= 1e-9
     every = [opened for opened in np.array(np.meshgrid(*[[False, True]] * 4)).reshape(4, -1).T if not opened.all()]
-    most = np.nanmax([largest_in_space(contact, cycle, 0.6, opened) for opened in every])
+    most = np.nanmax([Oracle(contact, cycle, 0.6, opened).largest() for opened in every])
     assert best.load_factor == pytest.approx(most, rel=1e-6)
 
 
@@ -225,11 +178,11 @@ def test_no_set_that_differs_by_a_node_that_rules_is_better_than_a_separated_lim
     assert best.load_factor > 1.2 * limit.load_factor
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of solutions that are less accurate
-        assert best.load_factor == pytest.approx(largest_in_space(contact, cycle, 0.6, best.open), rel=1e-4)
+        assert best.load_factor == pytest.approx(Oracle(contact, cycle, 0.6, best.open).largest(), rel=1e-4)
         for node in range(contact.nodes):
             other = best.open.copy()
             other[node] = ~other[node]
-            assert not largest_in_space(contact, cycle, 0.6, other) > best.load_factor * (1 + 1e-4)
+            assert not Oracle(contact, cycle, 0.6, other).largest() > best.load_factor * (1 + 1e-4)
 
 
 def test_slides_that_only_open_gaps_are_as_small_as_they_can_be(paper_cycle):

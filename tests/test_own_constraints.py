@@ -25,7 +25,7 @@ def contact_of(rng, nodes, tangents):
 
 def agrees(limit, value, rel=1e-7):
     """A limit and its proof, with the value of an oracle: nan where nothing is safe, inf without an end."""
-    assert limit.load_factor == pytest.approx(value, rel=rel, abs=10 * rel, nan_ok=True) and limit.residual <= 1e-9
+    assert limit.load_factor == pytest.approx(value, rel=rel, abs=rel / 10, nan_ok=True) and limit.residual <= 1e-9
     if limit.kind is fo.LimitKind.FINITE:
         assert limit.bound == pytest.approx(limit.load_factor, rel=1e-8, abs=1e-8)
 
@@ -66,7 +66,8 @@ def test_rows_equations_norms_and_objectives_of_slip_load_factor_and_reactions(t
             assert expression.value == pytest.approx(value, abs=1e-9)
         goals = [2 * lam - cost * cp.sum(cp.abs(slip)) for lam, slip in ((model.load_factor, model.slip), (oracle.lam, oracle.slip))]
         chosen = model.solve(f, mine, objective=goals[0])
-        assert chosen.objective == pytest.approx(oracle.largest(same, goals[1]), rel=10 * rel, abs=10 * rel)
+        rough = rel if tangents == 1 else 10 * rel
+        assert chosen.objective == pytest.approx(oracle.largest(same, goals[1]), rel=rough, abs=rough / 10)
         assert chosen.bound == pytest.approx(chosen.objective, rel=1e-7, abs=1e-8) and f"objective={chosen.objective:.6g}" in repr(chosen)
         assert 2 * chosen.load_factor - cost * np.abs(chosen.slip).sum() == pytest.approx(chosen.objective, abs=1e-8)
         assert chosen.load_factor <= limit.load_factor * (1 + 1e-8) and "no limit" in chosen.reason

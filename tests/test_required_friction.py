@@ -2,13 +2,15 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 import frictopt as fo
 from frictopt.limits.pressing import best_pressed
 from systems import CYCLE, random_system, stress_of, system
+from test_fixed_part import fixed_contact
+from test_open_nodes import open_contact
 
 
 def brute_force(contact, cycle, load_factor, bound=None):
@@ -30,30 +32,41 @@ def brute_force(contact, cycle, load_factor, bound=None):
     return most
 
 
-@settings(max_examples=10)
-@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 5), factor=st.floats(0.01, 4.0), coupling=st.sampled_from([0.0, 0.5, 1.0]))
-def test_required_friction_by_brute_force(seed, nodes, factor, coupling):
+@settings(max_examples=20)
+@given(
+    seed=st.integers(0, 10**6),
+    nodes=st.integers(1, 5),
+    factor=st.floats(0.01, 4.0),
+    coupling=st.sampled_from([0.0, 0.5, 1.0]),
+    most=st.none() | st.floats(0.0, 2.0),
+)
+def test_required_friction_by_brute_force(seed, nodes, factor, coupling, most):
     contact = random_system(np.random.default_rng(seed), nodes, coupling=coupling)
-    required = fo.required_friction(contact, CYCLE, factor)
-    expected = brute_force(contact, CYCLE, factor)
+    required, expected = fo.required_friction(contact, CYCLE, factor, slip_bound=most), brute_force(contact, CYCLE, factor, most)
+    assert required.residual <= 1e-9
     if expected < 500:
         assert required.required == pytest.approx(expected, rel=1e-5, abs=1e-6)
+        assert most is None or required.largest_slip <= most * (1 + 1e-9)
     elif np.isfinite(required.required):  # more friction than the brute force tries
         assert required.required > 500
-    assert required.residual <= 1e-9
 
 
-@settings(max_examples=10)
-@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 5), factor=st.floats(0.01, 4.0), most=st.floats(0.0, 2.0))
-def test_required_friction_within_a_slip_bound_by_brute_force(seed, nodes, factor, most):
-    contact = random_system(np.random.default_rng(seed), nodes, coupling=1.0)
-    required = fo.required_friction(contact, CYCLE, factor, slip_bound=most)
-    expected = brute_force(contact, CYCLE, factor, most)
-    if expected < 500:
-        assert required.required == pytest.approx(expected, rel=1e-5, abs=1e-6)
-        assert required.largest_slip <= most * (1 + 1e-9)
-    elif np.isfinite(required.required):
-        assert required.required > 500
+@pytest.mark.parametrize("make", [open_contact, fixed_contact])
+@settings(max_examples=6)
+@given(seed=st.integers(0, 10**6))
+def test_required_friction_is_where_the_ends_of_the_safe_load_factors_cross_the_load(make, seed):
+    """With nodes that stay open, and where a part of the cycle is fixed."""
+    contact, *rest = make(seed)
+    cycle, f = rest if make is fixed_contact else (CYCLE, rest[0])
+    limit = fo.shakedown_limit(contact, cycle, f)
+    assume(1e-3 < limit.load_factor < np.inf and limit.open.any() == (make is open_contact))
+    factor = limit.least + 0.9 * (limit.load_factor - limit.least)
+    required = fo.required_friction(contact, cycle, factor)
+    assume(np.isfinite(required.required) or make is open_contact)
+    assert make is fixed_contact or required.required <= f * (1 + 1e-5)
+    enough, less = (fo.shakedown_limit(contact, cycle, required.required * share) for share in (1 + 1e-4, 1 - 1e-4))
+    assert enough.least <= factor <= enough.load_factor and not less.least <= factor <= less.load_factor
+    assert required.reactions[1].min() >= -1e-9
 
 
 @settings(max_examples=10)

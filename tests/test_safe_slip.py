@@ -1,45 +1,8 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import frictopt as fo
-from studies.validation.oracles import largest_load_factor
-from systems import CYCLE, FIRST_PAIR, explained, random_system, stress_of, system
-
-
-@settings(max_examples=40)
-@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 6), f=st.floats(0.05, 1.0), factor=st.floats(0.0, 3.0), simplify=st.booleans())
-def test_a_safe_slip_exists_exactly_below_the_limit(seed, nodes, f, factor, simplify):
-    contact = random_system(np.random.default_rng(seed), nodes)
-    limit = largest_load_factor(contact, CYCLE, f)
-    safe = fo.safe_slip(contact, CYCLE, f, factor, simplify=simplify)
-    assert safe.residual < 1e-9
-    if np.isnan(limit) or abs(factor - limit) > 1e-6:
-        assert safe.exists == (factor < limit)
-    q0, p0 = contact.bonded["mean"]
-    unit = f * p0.mean()
-    reserve = []
-    for q1, p1 in zip(*CYCLE.corner_reactions(contact), strict=True):
-        reserve.append(f * (p0 + factor * p1 + contact.B @ safe.slip) - np.abs(q0 + factor * q1 + contact.A @ safe.slip))
-    assert np.min(reserve) / unit >= safe.margin - 1e-9
-    assert safe.margin <= 1.0 + 1e-12 and safe.bound >= safe.margin - 1e-9
-
-
-def test_the_certificate_is_a_proof(punch, paper_cycle):
-    """Its slips do no work on any residual slip, and friction cannot take up the work of the loads."""
-    contact = punch(16)
-    limit = fo.shakedown_limit(contact, paper_cycle, 0.7).load_factor
-    assert fo.safe_slip(contact, paper_cycle, 0.7, 0.999 * limit).certificate is None
-    factor = 1.01 * limit
-    safe = fo.safe_slip(contact, paper_cycle, 0.7, factor)
-    assert not safe.exists and safe.margin < 0
-    table = safe.certificate
-    assert np.abs(stress_of(contact, table, 0.7)).max() < 1e-8 * np.abs(contact.A).max()
-    (q0, p0), (q1, p1) = contact.bonded["P"], contact.bonded["sigma"]
-    amplitude = factor * np.array([-1.0, 1.0])[table.corner]
-    q, p = q0[table.node] + amplitude * q1[table.node], p0[table.node] + amplitude * p1[table.node]
-    assert (table.share * (table.direction * q + 0.7 * p)).sum() < -1e-6
+from systems import CYCLE, FIRST_PAIR, explained, random_system, system
 
 
 def test_without_friction_a_contact_without_shear_is_just_safe():

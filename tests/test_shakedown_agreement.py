@@ -61,20 +61,6 @@ def test_many_corners_take_memory_for_their_loads_alone():
     assert (0.4 * p - np.abs(q)).min() == pytest.approx(0.0, abs=1e-9)
 
 
-def test_the_friction_rate_is_the_slope_of_the_limit(punch, paper_cycle):
-    contact, step = punch(16), 1e-5
-    model = fo.ShakedownModel(contact, paper_cycle)
-    limit = model.solve(0.7)
-
-    def slope(high, low):
-        return (high - low) / (2 * step)
-
-    assert limit.friction_rate.sum() == pytest.approx(slope(model.solve(0.7 + step).load_factor, model.solve(0.7 - step).load_factor), rel=1e-6)
-    one = 0.7 + step * (np.arange(17) == 2)
-    other = 0.7 - step * (np.arange(17) == 2)
-    assert limit.friction_rate[2] == pytest.approx(slope(model.solve(one).load_factor, model.solve(other).load_factor), rel=1e-5, abs=1e-8)
-
-
 def test_the_mechanism_is_a_proof(punch, paper_cycle):
     """Slips of the table: shares add up to one, do no work on any residual slip, and bound the load from above."""
     contact = punch(16)

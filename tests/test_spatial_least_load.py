@@ -46,25 +46,3 @@ def test_the_interval_is_that_of_the_plane(seed, nodes, corners, f):
     assert limit.kind is plane.kind and limit.residual <= 1e-9
     assert limit.load_factor == pytest.approx(plane.load_factor, rel=1e-7, abs=1e-8, nan_ok=True)
     assert limit.least == pytest.approx(plane.least, rel=1e-7, abs=1e-8, nan_ok=True)
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_the_interval_of_turned_contacts_of_several_nodes(seed):
-    """Safe just inside both ends, not safe just outside, by the margins; the same in other axes and units."""
-    rng = np.random.default_rng(seed)
-    n = 3
-    G = rng.normal(size=(3 * n, 3 * n))
-    press = rng.uniform(0.8, 1.2, n)
-    loads = {"P": np.r_[0.05 * rng.normal(size=2 * n), -rng.uniform(0.1, 0.5, n)]}
-    loads |= {name: np.r_[0.25 * rng.normal(size=2 * n), press + 0.1 * rng.normal(size=n)] for name in "abc"}
-    cycle = fo.LoadCycle({"P": 1.0}, [{name: 1.0} for name in "abc"])
-    contact = fo.ContactSystem(G @ G.T / (3 * n) + np.eye(3 * n), np.column_stack([np.arange(n), np.zeros((n, 2))]), loads)
-    limit = fo.shakedown_limit(contact, cycle, 0.6)
-    assert limit.least > 0 or np.isnan(limit.least)
-    if limit.least > 0:
-        ends = [(limit.least * share, share > 1) for share in (0.9999, 1.0001)]
-        ends += [(limit.load_factor * share, share < 1) for share in (0.9999, 1.0001) if np.isfinite(limit.load_factor)]
-        assert all(fo.safe_slip(contact, cycle, 0.6, at).exists == exists for at, exists in ends)
-    turn = np.kron([[0, 1, 0], [-1, 0, 0], [0, 0, 1]], np.eye(n))
-    scaled = fo.ContactSystem(1e4 * turn @ contact.S @ turn.T, contact.points, {name: 1e3 * turn @ r for name, r in loads.items()})
-    assert fo.shakedown_limit(scaled, cycle, 0.6).least == pytest.approx(limit.least, rel=1e-8, nan_ok=True)

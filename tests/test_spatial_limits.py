@@ -80,16 +80,6 @@ def test_the_limit_is_where_safe_slips_end():
     assert along == pytest.approx(-np.linalg.norm(q[rows["corner"], rows["node"]], axis=1), rel=1e-6)
 
 
-def test_the_friction_rate_is_the_derivative_of_the_limit():
-    contact = random_contact(np.random.default_rng(9), 5)
-    f = np.linspace(0.4, 0.6, 5)
-    limit = fo.shakedown_limit(contact, cycle(), f)
-    for node in range(5):
-        step = np.eye(5)[node] * 1e-5
-        up, down = (fo.shakedown_limit(contact, cycle(), f + side * step).load_factor for side in (1, -1))
-        assert limit.friction_rate[node] == pytest.approx((up - down) / 2e-5, rel=1e-3, abs=1e-5)
-
-
 @pytest.mark.parametrize(
     ("mean", "corners", "kind"),
     [

@@ -42,13 +42,12 @@ def test_the_cylinder_converges_to_the_closed_form(share, stick):
     errors = []
     for count in (stick // 2, stick):
         end = fo.worn_in(*on_edges(count, 1.1 + 0.5 * share, share))
-        contact = fo.reference.LineContact(P=1.0, R=1.0, E_star=4 / np.pi, f=F)
         x, width = end.system.x, end.system.width
-        form = contact.worn_depth(x, share * F)
-        assert end.proven and end.stick.sum() == 2 * count and np.array_equal(end.stick, np.abs(x) < contact.stick_half_width(share * F))
+        form = CONTACT.worn_depth(x, share * F)
+        assert end.proven and end.stick.sum() == 2 * count and np.array_equal(end.stick, np.abs(x) < CONTACT.stick_half_width(share * F))
         p = end.system.reaction({"P": 1.0, "Q": 0.0})[1] + end.system.C @ (end.state.gap - end.system.gap)
-        inner = np.abs(x) < 0.8 * contact.stick_half_width(share * F)
-        pressure = np.abs((p / width)[inner] / contact.worn_pressure(x[inner], share * F) - 1).max()
+        inner = np.abs(x) < 0.8 * CONTACT.stick_half_width(share * F)
+        pressure = np.abs((p / width)[inner] / CONTACT.worn_pressure(x[inner], share * F) - 1).max()
         assert p[end.stick].sum() == pytest.approx(1.0, rel=1e-9)
         errors.append([end.depth.max() / form.max() - 1, end.depth @ width / (form @ width) - 1, pressure])
     coarse, fine = np.array(errors)
