@@ -36,11 +36,20 @@ def check(limit, contact, cycle, friction):
 
 
 @pytest.mark.parametrize("simplify", [True, False])
-@pytest.mark.parametrize(("data", "friction", "expected"), [(ONE_NODE, 0.4, 0.393145161290), FIRST, SECOND, (THREE, 0.4, 0.8)])
-def test_published_instances(data, friction, expected, simplify):
+@pytest.mark.parametrize(
+    ("data", "friction", "lower", "upper"),
+    [
+        (ONE_NODE, 0.4, 0.393145161290, 0.393145161290),
+        ((1.0, 0.0, 0.0, 1.0, 1.0, 0.0), 0.5, 0.5, 0.5),
+        (*FIRST, 0.726057393108),
+        (*SECOND, 0.953695570335),
+        (THREE, 0.4, 0.8, 0.8),
+    ],
+)
+def test_published_instances(data, friction, lower, upper, simplify):
     contact = system(*data)
-    limit = fo.guaranteed_limit(contact, CYCLE, friction, simplify=simplify)
-    assert limit.load_factor == pytest.approx(expected, rel=1e-9, abs=1e-12)
+    limit, shakedown = (ask(contact, CYCLE, friction, simplify=simplify) for ask in (fo.guaranteed_limit, fo.shakedown_limit))
+    assert (limit.load_factor, shakedown.load_factor) == pytest.approx((lower, upper), rel=1e-9, abs=1e-12)
     check(limit, contact, CYCLE, friction)
 
 
@@ -52,6 +61,7 @@ def test_two_nodes_against_the_lines_that_meet(seed, f, coupling):
     for simplify in (True, False):
         limit = fo.guaranteed_limit(contact, CYCLE, f, simplify=simplify)
         assert limit.load_factor == pytest.approx(expected.lambda_1, rel=1e-9, abs=1e-12, nan_ok=True)
+        assert limit.shakedown.load_factor == pytest.approx(expected.lambda_2, rel=1e-9, nan_ok=True)
         assert np.isnan(limit.load_factor) or limit.load_factor <= limit.shakedown.load_factor
 
 

@@ -6,6 +6,7 @@ import pytest
 import frictopt as fo
 from frictopt.histories.excursion import _sampled
 from frictopt.histories.starts import LoadStep
+from studies.validation.fuzz.embedded import embedded
 from systems import CYCLE, FIRST_PAIR, random_system, system
 
 LOADS = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
@@ -56,6 +57,9 @@ def test_assembly_leaves_the_slip_of_one_increment_from_no_load():
         slip = fo.starts.assembled_slip(contact, CYCLE, 0.4)
         one = fo.increments.ExactIncrement(contact, 0.4).solve(np.zeros(4), contact.reaction({"mean": 1.0}))
         assert slip == pytest.approx(np.asarray(one.slip), abs=1e-5)
+        if seed < 3:  # in space
+            solid, along = embedded(contact, np.random.default_rng(seed))
+            assert fo.starts.assembled_slip(solid, CYCLE, 0.4) == pytest.approx(slip[:, None] * along, abs=1e-7 * np.abs(slip).max())
         slipped += bool(slip.any())
     assert slipped > 6
 

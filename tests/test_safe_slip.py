@@ -37,3 +37,9 @@ def test_more_friction_adds_the_pressure_of_a_node_that_its_slip_frees_of_shear(
     node = fo.ContactSystem(np.eye(axes), np.zeros((1, axes)), loads)
     safe = fo.safe_slip(node, fo.LoadCycle({"P": 1.0}, [{"P": -0.5, "Q": 1.0}]), friction=0.4, load_factor=1.0)
     assert safe.margin == pytest.approx(0.5) and safe.friction_rate == pytest.approx(0.5 / 0.4)
+
+
+def test_a_safe_slip_says_what_it_does_and_too_much_load_what_the_mean_load_does(punch, paper_cycle):
+    assert fo.safe_slip(punch(8), paper_cycle, 0.7, 0.5).reason == "this slip keeps every node closed and stuck at every corner"
+    too_much = fo.safe_slip(punch(8), paper_cycle, 0.7, 9.0, slip_bound=1.0)
+    assert too_much.reason.startswith("no residual slip within the slip bound is safe at this load factor (the mean load presses all nodes")

@@ -7,9 +7,10 @@ from hypothesis import strategies as st
 from scipy.linalg import block_diag
 
 import frictopt as fo
-from frictopt.reference import single_node_limit, two_node_limits, uncoupled_limit
+from frictopt.reference import single_node_limit, uncoupled_limit
 from studies.validation.oracles import largest_load_factor
-from systems import CYCLE, FIRST_PAIR, ONE_NODE, SECOND_PAIR, THREE, random_system, system
+from systems import CYCLE, FIRST_PAIR, random_system, system
+from test_slip_bound import freed
 
 EXACT = 1e-9
 
@@ -18,24 +19,9 @@ def limit_of(contact, friction, cycle=CYCLE, **options):
     return fo.shakedown_limit(contact, cycle, friction, **options).load_factor
 
 
-@pytest.mark.parametrize("simplify", [True, False])
-@pytest.mark.parametrize(
-    ("data", "friction", "expected"),
-    [
-        (ONE_NODE, 0.4, 0.393145161290),
-        ((1.0, 0.0, 0.0, 1.0, 1.0, 0.0), 0.5, 0.5),
-        (FIRST_PAIR, 0.6, 0.726057393108),
-        (SECOND_PAIR, 0.4, 0.953695570335),
-        (THREE, 0.4, 0.8),
-    ],
-)
-def test_published_instances(data, friction, expected, simplify):
-    assert limit_of(system(*data), friction, simplify=simplify) == pytest.approx(expected, rel=1e-9, abs=1e-12)
-
-
 @settings(max_examples=40)
 @given(seed=st.integers(0, 10**6), f=st.floats(0.02, 0.95))
-def test_one_and_two_nodes_against_closed_forms(seed, f):
+def test_one_node_against_its_closed_form(seed, f):
     rng = np.random.default_rng(seed)
     one = random_system(rng, 1, coupling=0.8)
     (A,), (B,) = one.A[0], one.B[0]
@@ -43,12 +29,6 @@ def test_one_and_two_nodes_against_closed_forms(seed, f):
     (q0, p0), (q1, p1) = ((pair[0][0], pair[1][0]) for pair in (one.bonded["mean"], one.bonded["cyclic"]))
     if f * (A * p0 - B * q0) > 0:
         assert limit_of(one, f) == pytest.approx(single_node_limit(A, B, q0, p0, q1, p1, f), rel=1e-9)
-    two = random_system(rng, 2)
-    f = 0.3 * f
-    loads = *two.bonded["mean"], *two.bonded["cyclic"]
-    expected = two_node_limits(two.A, two.B, *loads, f).lambda_2
-    found = limit_of(two, f)
-    assert found == pytest.approx(expected, rel=1e-9, nan_ok=True)
 
 
 @settings(max_examples=40)
@@ -148,20 +128,12 @@ def test_uncoupled_contacts_have_a_closed_form(seed):
 @settings(max_examples=15)
 @given(seed=st.integers(0, 10**6), sideways=st.floats(0.0, 2.0))
 def test_an_uncoupled_punch_without_supports_may_slip_as_a_whole(seed, sideways):
-    rng = np.random.default_rng(seed)
-    slide = rng.normal(size=(4, 4))
-    slide = slide - slide.mean(axis=0)
-    base = random_system(rng, 4)
-    q1 = sideways + 0.3 * rng.normal(size=4)
-    contact = fo.ContactSystem.from_blocks(
-        slide.T @ slide, 0 * base.B, base.C, base.x, {"mean": (0 * q1, base.bonded["mean"][1]), "cyclic": (q1, 0 * q1)}
-    )
-    contact = fo.ContactSystem.from_blocks(
-        contact.A - contact.A.mean(axis=0) - contact.A.mean(axis=1)[:, None] + contact.A.mean(), contact.B, contact.C, contact.x, dict(contact.bonded)
-    )
+    contact = freed(random_system(np.random.default_rng(seed), 4, coupling=0.0))
+    q1, p1 = contact.bonded["cyclic"]
+    contact = contact.with_bonded({"cyclic": (q1 + sideways, p1)})
     closed = fo.shakedown_limit(contact, CYCLE, 0.4)
     assert closed.record.solver == "closed form"
-    assert closed.load_factor == pytest.approx(largest_load_factor(contact, CYCLE, 0.4), rel=1e-9)
+    assert closed.load_factor == pytest.approx(largest_load_factor(contact, CYCLE, 0.4), rel=1e-9, nan_ok=True)
 
 
 COARSE = {

@@ -12,7 +12,6 @@ import frictopt as fo
 from frictopt.reference import smallest_circle, smallest_circle_limit
 from spatial import cycle, random_contact, single, vectors
 from studies.validation.polygons import polygon_limit
-from systems import explained
 
 
 def uncoupled(rng, nodes, corners):
@@ -80,22 +79,6 @@ def test_the_limit_is_where_safe_slips_end():
     assert along == pytest.approx(-np.linalg.norm(q[rows["corner"], rows["node"]], axis=1), rel=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("mean", "corners", "kind"),
-    [
-        ({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}], "FINITE"),
-        ({"P": 1.0}, [{"P": 1.0, "X": 0.2}, {"P": 1.0}], "UNBOUNDED"),
-        ({"P": 1.0}, [{"X": 0.0}], "UNBOUNDED"),
-        ({"P": -1.0}, [{"X": 1.0}], "NO_SAFE_SLIP"),
-    ],
-)
-def test_each_kind_of_limit_is_named_and_explained(mean, corners, kind):
-    limit = fo.shakedown_limit(single(), fo.LoadCycle(mean, corners), 0.5)
-    assert limit.kind.name == kind and limit.reason and limit.residual <= 1e-9
-    text = explained(limit)
-    assert "friction_circle_0" in text and "no_force" not in text
-
-
 @pytest.mark.parametrize("idle", [[0], [0, 1, 2]])
 def test_a_load_that_presses_some_nodes_and_leaves_others_alone_has_no_limit(idle):
     contact = random_contact(np.random.default_rng(4), 3)
@@ -104,20 +87,6 @@ def test_a_load_that_presses_some_nodes_and_leaves_others_alone_has_no_limit(idl
     contact = contact.with_bonded({"press": pressed})
     limit = fo.shakedown_limit(contact, fo.LoadCycle({"mean": 1.0}, [{"press": 1.0}, {"press": 0.5}]), 0.5)
     assert limit.kind is fo.LimitKind.UNBOUNDED and limit.residual <= 1e-9 and limit.mechanism.empty
-
-
-@pytest.mark.parametrize(
-    ("coupling", "corners", "why"),
-    [
-        (0.0, [{"P": 2.0, "X": 1.0}], "at no node does the cyclic shear exceed f p"),
-        (0.0, [{"X": 1.0}], "keeps every node within its friction bound; "),
-        (2.5, [{"X": 1.0}, {"X": -1.0}], "wedges the contact tighter (self-locking with f = 0.5)"),
-    ],
-)
-def test_a_limit_without_end_says_why(coupling, corners, why):
-    S = np.array([[1.0, 0.0, coupling], [0.0, 1.0, 0.0], [coupling, 0.0, 10.0]])
-    node = fo.ContactSystem(S, [[0.0, 0.0, 0.0]], {"P": [0, 0, 1], "X": [1, 0, 0]})
-    assert why in fo.shakedown_limit(node, fo.LoadCycle({"P": 1.0}, corners), 0.5).reason
 
 
 @pytest.mark.parametrize("f", [0.0, 1e-3, 0.005])
