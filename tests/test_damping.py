@@ -7,11 +7,8 @@ from scipy.sparse import csr_matrix
 
 import frictopt as fo
 from frictopt.reference import foundation_rod, half_plane_contact, rod_dissipation
-from meshes import wedge
 from systems import linprog_limit
 from worn import sphere
-
-COLUMNS = "load_factor displacement stiffness frequency work damping least_damping most_damping least_frequency most_frequency".split()
 
 
 def opposed(case, mean):
@@ -142,24 +139,6 @@ def test_the_rule_of_masing_holds_where_pressure_stays_and_not_where_it_varies()
     cycle = opposed("sigma", {"P": 1.0})
     steady = fo.steady_state(punch, cycle, 0.7, 3.0)
     assert abs(masing(punch, cycle, 0.7, 3.0) / steady.dissipation - 1) > 0.2
-
-
-def test_a_joint_of_three_bodies_with_two_contacts():
-    system = wedge(jaws=(2, 3), wedge_up=3, wedge_across=3).condense()
-    press, move, *_ = system.bonded
-    cycle = opposed(move, {press: 1.0})
-    limit = fo.shakedown_limit(system, cycle, 0.4).load_factor
-    curve = fo.damping_curve(system, cycle, 0.4, limit * np.array([0.9, 1.5]))
-    frame = curve.to_frame()
-    assert list(frame.columns) == [*COLUMNS, "exponent"] and len(frame) == 2
-    assert curve.shakedown_limit == limit and curve.guaranteed_limit <= limit * (1 + 1e-9)
-    assert (frame["least_damping"] <= frame["damping"]).all() and (frame["damping"] <= frame["most_damping"]).all()
-    assert (frame["least_frequency"] <= frame["frequency"]).all() and (frame["frequency"] <= frame["most_frequency"]).all()
-    above = curve.load_factor > limit
-    assert (curve.most_damping[above] > 0).all() and (curve.most_damping[curve.load_factor < curve.guaranteed_limit] == 0).all()
-    steady = fo.steady_state(system, cycle, 0.4, curve.load_factor[1])
-    assert steady.loop(move).stiffness == pytest.approx(curve.stiffness[1], rel=1e-12)
-    assert steady.loop(move).area == pytest.approx(curve.work[1], rel=1e-9)
 
 
 def test_bad_input():

@@ -7,8 +7,6 @@ import pytest
 import frictopt as fo
 from frictopt.contact.parts import joined
 from spatial import cycle, random_contact
-from studies.validation.fuzz.embedded import embedded
-from systems import CYCLE, random_system
 
 
 def best(contact, scenarios, preloads, profile, own):
@@ -55,20 +53,6 @@ def test_random_contacts_have_the_design_of_a_plain_cone_program_and_it_holds(pa
         anew = [fo.shakedown_limit(design.system, one, friction).load_factor for one, friction in design.scenarios]
         assert min(anew) == pytest.approx(design.load_factor, rel=1e-8, abs=1e-8) and design.residual <= 1e-9
     assert found >= 5
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_a_plane_contact_in_space_has_the_design_of_the_plane(seed):
-    rng = np.random.default_rng(seed)
-    flat = random_system(rng, int(rng.integers(1, 5)))
-    solid, _ = embedded(flat, rng)
-    f, depth = rng.uniform(0.2, 0.8), rng.uniform(0.02, 0.3)
-    designs = []
-    for contact in (flat, solid):
-        model = fo.DesignModel(contact, CYCLE, preloads=["mean"], profile=True)
-        designs.append(model.solve(f, [cp.abs(model.profile) <= depth, cp.abs(model.preload) <= 0.4]))
-    assert designs[0].load_factor == pytest.approx(designs[1].load_factor, rel=1e-7)
-    assert designs[0].prices["constraints[1]"] == pytest.approx(designs[1].prices["constraints[1]"], rel=1e-4, abs=1e-6)
 
 
 def test_two_bolts_that_nothing_else_helps_even_out_the_loads_of_the_nodes():

@@ -87,19 +87,6 @@ def test_sweeps_converge_to_the_state_and_too_few_say_so(monkeypatch):
         FrozenBoundIncrement(contact, friction).solve(slip, load)
 
 
-def test_the_exact_state_is_not_needed_for_the_sweeps_to_converge(monkeypatch):
-    """The fixed point of the frozen bound is the law itself."""
-    contact, friction, slip, load = random_increment(np.random.default_rng(4), 3, 0.5)
-    state = admissible_states(contact, friction, slip, load)[0]
-    seen = []
-    monkeypatch.setattr(programs, "CORRECTIONS", 0)
-    monkeypatch.setattr(programs, "newton", lambda law, trial, u, *most: seen.append(u) or newton(law, trial, u, *most))
-    found = FrozenBoundIncrement(contact, friction).solve(slip, load)
-    length = np.abs(load[1]).mean() / contact.stiffness_scale
-    assert found.steps > 1 and len(seen) == found.steps and np.abs(seen[0] - seen[-1]).max() > 1e-3
-    assert slip + length * seen[-1][:3] == pytest.approx(state[0], abs=1e-4) and length * seen[-1][3:] == pytest.approx(state[1], abs=1e-4)
-
-
 def test_slip_along_its_friction_is_no_state():
     """q = -f p with backward slip breaks only the line of the law that needs the slip before."""
     contact = fo.ContactSystem.from_blocks([[2.0]], [[0.0]], [[1.0]], [0.0], {"load": ([1.0], [1.0])})

@@ -33,29 +33,35 @@ def test_onset_over_a_cycle_of_both_senses(data, friction, expected):
         assert [None if pd.isna(node) else node for node in rows["node"]] == [one.node for one in events]
 
 
+@pytest.mark.parametrize("make", [random_system, random_contact], ids=["plane", "space"])
 @settings(max_examples=40)
 @given(nodes=st.integers(1, 5), seed=st.integers(0, 10**6), friction=st.floats(0.05, 3.0))
-def test_onset_is_the_first_violation(nodes, seed, friction):
-    contact = random_system(np.random.default_rng(seed), nodes)
-    found = fo.onset(contact, ONE_WAY, friction)
+def test_onset_is_the_first_violation(make, nodes, seed, friction):
+    contact = make(np.random.default_rng(seed), nodes)
+    case = next(name for name in contact.bonded if name != "mean")
+    found = fo.onset(contact, fo.LoadCycle({"mean": 1.0}, [{case: 1.0}]), friction)
+
+    def at(lam):
+        q, p = contact.reaction({"mean": 1.0, case: lam})
+        return q.reshape(nodes, -1), p
 
     def slips(lam):
-        q, p = contact.reaction({"mean": 1.0, "cyclic": lam})
-        return (np.abs(q) - friction * p).max() > 0
+        q, p = at(lam)
+        return (np.linalg.norm(q, axis=1) - friction * p).max() > 0
 
     def opens(lam):
-        return contact.reaction({"mean": 1.0, "cyclic": lam})[1].min() < 0
+        return at(lam)[1].min() < 0
 
     for event, violated in ((found.slip, slips), (found.separation, opens)):
         if event.load_factor == np.inf:
-            assert not violated(1e9) and event.node is None and event.sense == 0
+            assert not violated(1e9) and event.node is None and not np.any(event.sense)
         else:
             assert not any(violated(t * event.load_factor) for t in np.linspace(0, 1 - 1e-9, 20)) or not found.mean_admissible
             assert violated(event.load_factor * (1 + 1e-9) + 1e-12)
     if found.slip.node is not None and found.mean_admissible:
         assert found.residual < 1e-12
-        q, p = contact.reaction({"mean": 1.0, "cyclic": found.slip.load_factor})
-        assert q[found.slip.node] == pytest.approx(-found.slip.sense * friction * p[found.slip.node], abs=1e-9)
+        q, p = at(found.slip.load_factor)
+        assert q[found.slip.node] == pytest.approx(-np.atleast_1d(found.slip.sense) * friction * p[found.slip.node], abs=1e-9)
 
 
 def test_an_inadmissible_mean_load_is_said():

@@ -106,20 +106,6 @@ def test_amplitudes_of_two_loads_with_a_node_that_stays_open():
     assert [node for node, _ in ruling] == [0, 1]
 
 
-@settings(max_examples=6)
-@given(st.integers(0, 10**6))
-def test_a_region_of_coupled_nodes_is_where_rays_end(seed):
-    contact, friction, _ = open_contact(seed)
-    rng = np.random.default_rng(seed)
-    contact = contact.with_bonded({"other": (rng.normal(size=contact.nodes), 0.3 * rng.normal(size=contact.nodes))})
-    region = fo.safe_region(contact, {"mean": 1.0}, ["cyclic", "other"], friction)
-    for first, second in rng.uniform(0.05, 1.0, (4, 2)):
-        limit = fo.shakedown_limit(contact, region.cycle(first, second), friction).load_factor
-        assume(np.isfinite(limit))
-        assert region.contains(first * limit * (1 - 1e-6), second * limit * (1 - 1e-6))
-        assert not region.contains(first * limit * (1 + 1e-6), second * limit * (1 + 1e-6))
-
-
 @settings(max_examples=12)
 @given(st.integers(0, 10**6))
 def test_every_cycle_above_the_limit_slips_as_much_as_is_proven_while_the_open_nodes_carry_nothing(seed):

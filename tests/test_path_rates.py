@@ -20,11 +20,6 @@ def change_statuses(S, f, status, active, wanted):
     return act.change_statuses(S, f, status, active, wanted)
 
 
-@njit
-def solve_rates(S, active, state):
-    act.solve_rates(S, active, state)
-
-
 def stiffness_of(S, active):
     """Stiffness of the active set as it is defined: equation by equation, unknown by unknown."""
     nodes = len(S) // 2
@@ -47,26 +42,6 @@ def test_the_inverse_follows_any_sequence_of_changes(seed, nodes):
     n = active.size[0]
     assert n == (status != 0).sum() + (status == 2).sum()
     assert np.allclose(active.inverse[:n, :n] @ stiffness_of(S, active), np.eye(n), atol=1e-9)
-
-
-@settings(max_examples=30)
-@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 6))
-def test_rates_obey_the_equation_of_each_status(seed, nodes):
-    rng = np.random.default_rng(seed)
-    S = np.ascontiguousarray(random_system(rng, nodes).S)
-    f, load_rate = rng.uniform(0.0, 0.6, nodes), rng.normal(size=2 * nodes)
-    active, status = act.new_active_set(nodes), rng.choice([0, 1, -1, 2], size=nodes).astype(np.int8)
-    state = act.new_state(np.zeros(2 * nodes), np.zeros(2 * nodes), np.zeros(nodes))
-    state.load_rate[:] = load_rate
-    change_statuses(S, f, state.status, active, status)
-    solve_rates(S, active, state)
-    u, r = state.u_rate, state.r_rate
-    v, w, q, p = u[:nodes], u[nodes:], r[:nodes], r[nodes:]
-    assert np.allclose(r, load_rate + S @ u)
-    assert not v[status == 0].any() and not w[status != 2].any()
-    slips = np.abs(status) == 1
-    assert np.allclose((q + status * f * p)[slips], 0.0, atol=1e-10)
-    assert np.allclose(np.r_[q, p][np.r_[status == 2, status == 2]], 0.0, atol=1e-10)
 
 
 @settings(max_examples=60)

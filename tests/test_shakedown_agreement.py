@@ -7,18 +7,6 @@ from frictopt.solve import solvers as policy
 from systems import CYCLE, explained, linprog_limit, random_system, stress_of
 
 
-@pytest.mark.parametrize("elements", [16, 40, 124])
-def test_all_solvers_and_models_agree(punch, paper_cycle, elements):
-    contact = punch(elements, 20.0)
-    ways = [{}, {"solver": "CLARABEL"}, {"simplify": False}, {"solver": "CLARABEL", "simplify": False}]
-    models = [fo.ShakedownModel(contact, paper_cycle, **way) for way in ways]
-    for friction in (0.05, 0.3, 0.7, 3.0):
-        limits = [model.solve(friction) for model in models]
-        assert all(limit.residual < 1e-9 for limit in limits)
-        factors = [limit.load_factor for limit in limits]
-        assert factors == pytest.approx([factors[0]] * len(ways), rel=1e-8)
-
-
 def test_refinement_restores_an_answer_that_a_solver_leaves_inaccurate(punch, paper_cycle, monkeypatch):
     run = policy._run
 

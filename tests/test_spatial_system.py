@@ -5,7 +5,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.contact.coulomb import reach
-from spatial import cycle, random_contact, single
+from spatial import cycle, single
 
 NODE = single()
 
@@ -57,23 +57,6 @@ def test_slip_in_a_wrong_direction_counts_by_what_mends_it(step, angle):
     verdict = fo.reference.referee(NODE, (q - slip, [1.0]), 0.5, v=[slip], w=[0.0], q=q, p=[1.0], previous_slip=[[0.0, 0.0]], force_scale=1.0)
     turned, across = 2 * 0.5 * np.sin(angle / 2), step * np.sin(min(angle, np.pi / 2))
     assert verdict.direction == pytest.approx(min(step, turned, across), rel=1e-6)
-
-
-def test_onset_is_where_the_circle_is_reached():
-    system = random_contact(np.random.default_rng(2), 5)
-    first = fo.onset(system, cycle(), 0.8)
-    q0, p0 = cycle().mean_reaction(system)
-    for event, corner in zip(first.slips, cycle().corners, strict=True):
-        q1, p1 = system.reaction(corner)
-        lam = np.linspace(0, 4, 400001)[:, None]
-        slack = 0.8 * (p0 + lam * p1) - np.hypot(q0[:, 0] + lam * q1[:, 0], q0[:, 1] + lam * q1[:, 1])
-        where = int((slack < 0).any(axis=1).argmax())
-        assert event.load_factor == pytest.approx(lam[where, 0], abs=2e-5) and event.node == int(slack[where].argmin())
-        q = q0[event.node] + event.load_factor * q1[event.node]
-        assert np.allclose(event.sense, -q / np.hypot(*q), atol=1e-12)
-    assert first.mean_admissible and first.residual < 1e-14
-    separations = [np.where(p1 < 0, -p0 / p1, np.inf).min() for _, p1 in (system.reaction(corner) for corner in cycle().corners)]
-    assert [event.load_factor for event in first.separations] == pytest.approx(separations)
 
 
 def test_onset_of_a_mean_load_beyond_the_circle_is_zero():
