@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from spatial import cycle, random_contact
 from systems import CYCLE, random_system
 from test_design import SHEAR, uncoupled
 
@@ -61,3 +62,15 @@ def test_a_load_case_of_the_name_of_an_overlap_is_refused():
     contact = random_system(np.random.default_rng(0), 2, loads=("mean", "cyclic", "profile"))
     with pytest.raises(fo.ModelError, match="profile: the system has a load case 'profile'"):
         fo.DesignModel(contact, CYCLE, profile=True)
+
+
+def test_designs_in_space_that_cannot_be_are_named():
+    contact = random_contact(np.random.default_rng(0), 2)
+    model = fo.DesignModel(contact, cycle(), preloads=["mean"])
+    with pytest.raises(fo.ModelError, match=r"preload\['mean'\] has no upper bound"):
+        model.solve(0.5)
+    with pytest.raises(fo.ModelError, match=r"^low, high: they contradict each other"):
+        model.solve(0.5, [(cp.norm(model.preload) <= 1.0).set_label("low"), (model.preload[0] >= 2.0).set_label("high")])
+    shaped = fo.DesignModel(contact, cycle(), profile=True)
+    with pytest.raises(fo.ModelError, match="friction: node 1 has no friction, and the cyclic load shears it: no design is safe"):
+        shaped.solve([0.5, 0.0], [cp.abs(shaped.profile) <= 0.1])
