@@ -33,9 +33,19 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
     NoContinuation
         A load has no state.
     """
-    V = system.rigid_motions
-    loads = {name: load for name, load in loads.items() if not _balanced(V, friction, load)}
-    if not loads:
+    V, less, beyond = system.rigid_motions, _WITHIN * friction, dict[str, Array]()
+    for name, load in loads.items():
+        r = load.reshape(-1, system.nodes)
+        for _ in range(_PROJECTIONS):  # on either condition in turn
+            q, p, size = r[:-1], r[-1], np.linalg.norm(r[:-1], axis=0)
+            if (size <= friction * p).all():
+                break
+            nearest = np.where(size <= less * p, p, np.maximum(p + less * size, 0.0) / (1 + less**2))
+            r = np.vstack([q * np.minimum(1.0, less * nearest / np.where(size > 0, size, 1.0)), nearest])
+            r = r + (V @ (V.T @ (load - r.ravel()))).reshape(r.shape)
+        else:
+            beyond[name] = load
+    if not beyond:
         return
     from scipy.optimize import linprog  # here, for loads that friction bears need none
 
@@ -48,7 +58,7 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
     needed = np.einsum("da,ank,n->ndk", edges, v[:, rough], friction[rough]) - w[rough][:, None]
     rows = np.concatenate([needed.reshape(-1, V.shape[1]), -w])
     frames, normal = system.frames, system.frames[:, -1].mean(axis=0)
-    for name, load in loads.items():
+    for name, load in beyond.items():
         force = float(np.abs(load).max()) or 1.0
         pull = np.einsum("an,nak->k", load.reshape(-1, system.nodes), frames)
         pull = pull - (pull @ normal) * normal / max(normal @ normal, RESIDUAL)
@@ -61,19 +71,6 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
             reserve = float((lifted - friction * np.linalg.norm(slid, axis=0)).min())
             if phi @ load < -COUNTS * np.abs(phi) @ np.abs(load) and reserve >= -RESIDUAL * np.abs(phi).max():
                 raise NoContinuation(_sentence(system, name, load, phi))
-
-
-def _balanced(V: Array, friction: Array, load: Array) -> bool:
-    """Whether forces within friction are found that balance a load in all rigid motions: by projections on either condition in turn."""
-    r, less = load.reshape(-1, len(friction)), _WITHIN * friction
-    for _ in range(_PROJECTIONS):
-        q, p, size = r[:-1], r[-1], np.linalg.norm(r[:-1], axis=0)
-        if (size <= friction * p).all():
-            return True
-        nearest = np.where(size <= less * p, p, np.maximum(p + less * size, 0.0) / (1 + less**2))
-        r = np.vstack([q * np.minimum(1.0, less * nearest / np.where(size > 0, size, 1.0)), nearest])
-        r = r + (V @ (V.T @ (load - r.ravel()))).reshape(r.shape)
-    return False
 
 
 def _sentence(system: ContactSystem, name: str, load: Array, phi: Array) -> str:
