@@ -7,7 +7,6 @@ import pytest
 from skfem import MeshHex
 
 import frictopt as fo
-from meshes import box
 from multipliers import problem
 
 TURN = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
@@ -34,24 +33,6 @@ def test_rigid_motions_in_space(held, free):
         free = f"turn about ({', '.join(f'{value:g}' for value in axis.round(6))})"
     with pytest.raises(fo.ModelError, match=re.escape(f"can still {free}; add")):
         fo.condense(**good | {"held": good["unknowns"][nodes].ravel()})
-
-
-SIDES = {
-    "floor": ("z-", "xz", "move along y"),
-    "wall": ("x-", "x", "move along y and z and turn about x"),
-    "ground": ("z-", "z", "move along x and y and turn about z"),
-}
-
-
-@pytest.mark.parametrize("side", SIDES)
-def test_what_a_face_held_in_some_directions_leaves(side):
-    """By hand: of six motions, a face with normal n held along n leaves the two shifts in it and the turn about n."""
-    x = np.array([0.0, 0.5, 1.0])
-    bodies = {"punch": fo.Body(box(MeshHex, x, x, [0.0, 1.0])), "block": fo.Body(box(MeshHex, x, x, [-1.0, 0.0]))}
-    side, directions, free = SIDES[side]
-    model = fo.ContactModel(bodies, [fo.Support("block", side, directions)], {"W": [fo.BodyForce("punch", z=-1.0)]})
-    with pytest.raises(fo.ModelError, match=f"can still {free}; add"):
-        model.condense()
 
 
 @pytest.mark.parametrize(("cells", "graded"), [((3, 3), 1.0), ((4, 2), 2.5), ((1, 1), 1.0)])

@@ -125,22 +125,6 @@ def test_damaged_files_do_not_end_the_process(tmp_path, name, text, capsys):
         fo.read_mesh(tmp_path / name)
 
 
-def test_one_mesh_of_pin_and_plate_is_the_scene():
-    """The file has the nodes of the scene below, those of the ring once, and both bodies as physical groups."""
-    mesh = fo.read_mesh(DATA / "pin.msh")
-    material = fo.Material()
-    read = fo.ContactModel(
-        bodies=fo.split_bodies(mesh, {"pin": material, "plate": material}),
-        contacts=[fo.Contact("pin", "plate", "plate", "pin", name="ring")],
-        supports=[fo.Support("plate", (-6, -6)), fo.Support("plate", (6, -6), "y")],
-        loads={"fit": [fo.Interference("ring")], "sigma": [fo.Traction("plate", "right", x=1.0), fo.Traction("plate", "left", x=-1.0)]},
-    ).condense()
-    scene = fo.scenes.PinInPlate(elements=24, plate_half_width=6.0, growth=1.5).condense()
-    assert np.abs(read.S - scene.S).max() < 1e-10 * np.abs(scene.S).max() and np.allclose(read.normals, scene.normals, atol=1e-12)
-    for name in ("fit", "sigma"):
-        assert np.allclose(read.bonded[name], scene.bonded[name], atol=1e-10)
-
-
 def test_without_meshio_all_but_mesh_files_works():
     """The first command of the README installs no meshio."""
     code = (
