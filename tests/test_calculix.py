@@ -127,12 +127,9 @@ def test_nodes_that_follow_others_hold_no_body(tmp_path):
         condensed(job)
 
 
-def tied(at):
-    """The punch in space of two meshes that `*TIE` joins, or tied to the block."""
+def tied():
+    """The punch in space of two meshes that `*TIE` joins."""
     (upper, lower), _, deck = space()
-    if at == "contact":
-        faces = "*SURFACE, NAME=S, TYPE=ELEMENT\nUP, S1\n*SURFACE, NAME=M, TYPE=ELEMENT\nLOW, S2\n"
-        return deck + faces + "*TIE, NAME=T, POSITION TOLERANCE=0.01\nS, M\n"
     x, y, z = upper.lines
     bottom, top = Block(1, [x, y, z[:2]], upper.E, upper.nu, "DOWN"), Block(201, [x, y, z[1:]], upper.E, upper.nu, "UP")
     rest = deck[len(upper.deck()) : deck.index("*NSET, NSET=TOP")] + node_set("BOT", lower.on(2, -2)) + "*BOUNDARY\nBOT, 1, 3\n"
@@ -143,7 +140,7 @@ def tied(at):
 
 def test_a_tie_away_from_loads_and_contact_is_one_mesh(tmp_path):
     whole, _ = condensed(fo.read_calculix(run(tmp_path, space()[2], name="whole")[0]))
-    job = fo.read_calculix(run(tmp_path, tied("punch"))[0])
+    job = fo.read_calculix(run(tmp_path, tied())[0])
     system, _ = condensed(job)
     assert np.abs(system.S - whole.S).max() < 1e-9 * np.abs(whole.S).max()
     limits = [fo.shakedown_limit(contact, CYCLE, 0.5).load_factor for contact in (system, whole)]

@@ -6,7 +6,7 @@ from scipy.linalg import eigh
 
 import frictopt as fo
 from calculix import equation, needs_ccx, run
-from test_calculix import condensed, plane, space, tied
+from test_calculix import condensed, plane
 
 pytestmark = needs_ccx
 
@@ -47,16 +47,6 @@ def test_from_the_deck_to_the_backbone(tmp_path, thickness):
     assert curve.damping[1] > 0 and curve.least_damping[0] == 0
     with pytest.raises(fo.ModelError, match=r"natural_frequency: .* and the compliance of the load says"):
         fo.damping_curve(joint, cycle, 0.5, [limit], natural_frequency=frequencies[1])
-
-
-def test_modes_of_a_tie_in_space(tmp_path):
-    _, _, deck = space()
-    job = fo.read_calculix(run(tmp_path, deck)[0])
-    frequencies, shapes = job.modes(f"{run(tmp_path, tied('contact'), PRINT, 'glued')[0]}.dat")
-    squares, modes = glued_modes(job, job.pairs("CU", "CL"))
-    assert frequencies == pytest.approx(np.sqrt(squares[:3]) / (2 * np.pi), rel=1e-5)
-    for shape, mode in zip(shapes, modes.T, strict=False):
-        assert fo.modal_load(job.M, np.sign(shape @ job.M @ mode) * shape) == pytest.approx(job.M @ mode, abs=1e-4 * np.abs(job.M @ mode).max())
 
 
 def test_a_rigid_tool_has_its_mass(tmp_path):

@@ -52,12 +52,6 @@ def test_the_substructure_of_calculix(tmp_path, deck, limit):
     agrees(fo.read_abaqus(tmp_path / "reduced.mtx", deck=deck), limit)
 
 
-def test_the_assembled_matrix_of_abaqus(tmp_path, deck, limit):
-    rows = [f"{n},{k}, {m},{j}, {K[a, b]:.15e}" for a, (n, k) in enumerate(LABELS) for b, (m, j) in enumerate(LABELS[: a + 1]) if K[a, b]]
-    (tmp_path / "job_STIF1.mtx").write_text("** Assembled\n" + "\n".join(rows) + "\n")
-    agrees(fo.read_abaqus(tmp_path / "job_STIF1.mtx", deck=deck), limit)
-
-
 def element(K, nodes, directions, *, before="", unlike=()):
     """A user element as Abaqus writes it: four entries a line, each row of the triangle beginning a new one.
 

@@ -97,25 +97,6 @@ def test_a_strip_in_plane_strain_has_the_fields_of_the_plane(element, x_block):
             assert thick.shape == (8, 2, 2) and np.allclose(thick[:, 0, 0], both.T @ thin)
 
 
-def curved(rise=0.02, x=X):
-    """A punch with a face that rises by `rise` x^2 over a flat block, nodes above nodes."""
-    punch, block = (body.mesh for body in models()[1].bodies.values())
-    bent = MeshHex(punch.p + np.array([[0.0], [1.0], [0.0]]) * (rise * punch.p[0] ** 2 * (1 - punch.p[1])), punch.t)
-    bodies = {"punch": fo.Body(bent.with_boundaries(punch.boundaries)), "block": fo.Body(block)}
-    load = {"P": [fo.Traction("punch", "top", y=-1.0)]}
-    return fo.ContactModel(bodies, [fo.Support("block", "bottom")], load, [fo.Contact("punch", "block", gap="measured")])
-
-
-def test_the_gap_of_a_curved_face_is_measured():
-    system = curved().condense()
-    assert np.allclose(system.gap, 0.02 * system.points[:, 0] ** 2, rtol=2e-3, atol=1e-12)
-    assert not curved(0.0).condense().gap.any()
-    with pytest.raises(fo.ModelError, match=r"the faces do not touch, they are 0\.0\d+ apart"):
-        fo.ContactModel(curved().bodies, curved().supports, curved().loads)
-    with pytest.raises(fo.ModelError, match="the bodies overlap by"):
-        curved(-0.02)
-
-
 @pytest.mark.parametrize(("kind", "element"), {MeshTri: ElementTriP1, MeshQuad: ElementQuad1, MeshTet: ElementTetP1, MeshHex: ElementHex1}.items())
 def test_one_stiffness_for_all_meshes_is_that_of_scikit_fem(kind, element):
     mesh = kind().refined(1)
