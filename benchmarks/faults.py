@@ -82,7 +82,7 @@ FAULTS = (
     Fault("fem/bodies.py", "flat elements are let pass", "(sizes > 0).all(axis=0)", "(sizes >= 0).all(axis=0)", "contact_model punch"),
     Fault("fem/loads.py", "spin about the mirrored centre", "points - centre", "points + centre", "loads"),
     Fault("fem/loads.py", "a spin pulls along its axis", "arm - np.multiply.outer(along,", "arm - 0 * np.multiply.outer(along,",
-          "loads models_in_space"),
+          "loads quadratic"),
     Fault("fem/elasticity.py", "normals of facets point inward", "normals * -np.sign", "normals * np.sign", "loads models_in_space"),
     Fault("fem/loads.py", "plane strain expands as plane stress", '(2 if kinematics == "plane_stress" else 3) * lam', "2 * lam", "loads recovery"),
     Fault("fem/elasticity.py", "plane stress by Lame's constant of plane strain", "self.E * self.nu / (1 - self.nu**2), self.lame[1]", "self.lame",
