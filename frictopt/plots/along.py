@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem
-from ..contact.checks import Array, Booleans
-from ..contact.course import runs
+from ..contact.checks import Array
+from ..contact.parts import runs
 from ..contact.tolerances import RESIDUAL
 from .style import BLACK, GREY, SERIES, Look, series
 
@@ -110,13 +110,6 @@ def friction_ratio(ax: Axes, system: ContactSystem, friction: Array, q: Array, p
     ax.set_ylim(-most, most)
     label_contacts(ax, system)
     return ratio
-
-
-def open_nodes(ax: Axes, system: ContactSystem, opened: Booleans) -> None:
-    """Mark open nodes, which carry nothing, at zero."""
-    if opened.any():
-        x = system.x[opened]
-        ax.scatter(x, np.zeros(len(x)), marker="v", s=20, color=BLACK, zorder=3, label="open")
 
 
 def circle(ax: Axes, x: ArrayLike, ratio: ArrayLike, sense: ArrayLike, area: ArrayLike, color: str, label: str | None) -> None:

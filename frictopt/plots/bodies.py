@@ -7,6 +7,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from ..contact.checks import Array
@@ -66,7 +67,7 @@ def _model(model: ContactModel, ax: AnyAxes | None = None) -> AnyAxes:
     _supports(axes, model)
     for number, case in enumerate(model.loads, start=len(model.bodies)):
         _load(axes, model, case, length, series(number)["color"])
-    _finish(axes, ends, length)
+    finish(axes, ends, length)
     return _named(axes, in_space, own=ax is None)
 
 
@@ -96,7 +97,7 @@ def _fields(fields: BodyFields, ax: AnyAxes | None = None) -> AnyAxes:
         draw_edges(axes, body.mesh, body.mesh.boundary_facets(), color=BLACK, lw=0.6)
     place = {"shrink": 0.6, "pad": 0.12} if in_space else {}  # beside the labels of the axis z
     axes.figure.colorbar(colours, ax=axes, extend="max", label="von Mises stress (force per area)", **place)
-    _finish(axes, _ends(fields.bodies), 0.0)
+    finish(axes, _ends(fields.bodies), 0.0)
     if ax is None and not in_space:
         axes.figure.set_layout_engine("compressed")
     return axes
@@ -114,7 +115,7 @@ def deformed(fields: BodyFields, ax: AnyAxes | None = None, enlarged: float | No
             draw_edges(axes, body.mesh, body.mesh.boundary_facets(), color=GREY, lw=0.8, zorder=0.4, label="as it was" if number == 0 else None)
         _body(axes, replace(body.mesh, doflocs=body.mesh.doflocs + scale * fields.displacement[name]), number, name, 0.25, 0.6)
     axes.set_title(f"displacements {scale:.4g} times enlarged; the largest is {largest:.4g} (length)")
-    _finish(axes, ends, 0.1 * size)
+    finish(axes, ends, 0.1 * size)
     return _named(axes, in_space, own=ax is None)
 
 
@@ -144,7 +145,7 @@ def _named(axes: AnyAxes, in_space: bool, *, own: bool) -> AnyAxes:
     return axes
 
 
-def _finish(axes: AnyAxes, ends: Array, length: float) -> None:
+def finish(axes: AnyAxes, ends: Array, length: float) -> None:
     """Names and limits of the axes, in space with room for the arrows."""
     axes.set(xlabel="$x$ (length)", ylabel="$y$ (length)")
     if ends.shape[1] == 2:
@@ -154,7 +155,8 @@ def _finish(axes: AnyAxes, ends: Array, length: float) -> None:
     axes.set_box_aspect(high - low)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]), zlabel="$z$ (length)")
     axes.grid(False)
-    axes.locator_params(nbins=5)
+    for axis, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), (high - low) / (high - low).max(), strict=True):
+        axis.set_major_locator(MaxNLocator(max(1, round(5 * share))))  # as many numbers as the axis has room for
 
 
 def _faces(axes: AnyAxes, mesh: Mesh, facets: Integers, **look: Any) -> Poly3DCollection:

@@ -5,12 +5,11 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import MaxNLocator
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
 from .along import label_panels, lines
-from .bodies import spread
+from .bodies import finish, spread
 from .style import BLACK, AxesArray, legend, line, new_axes, picture, series
 
 _LENGTH = 0.1  # of a normal, over the size of the contact
@@ -48,7 +47,7 @@ def _system(system: ContactSystem, ax: AxesArray | None = None) -> AxesArray:
 
 
 def _in_space(system: ContactSystem, width: Array, unit: str, few: list[int], arrows: Array, ax: AxesArray | None) -> AxesArray:
-    cases, step = list(system.bonded), float(np.linalg.norm(arrows[0]))
+    cases, ends = list(system.bonded), np.array([system.points.min(axis=0), system.points.max(axis=0)])
     columns, rows = min(len(cases), 2), -(-len(cases) // 2)
     panels: list[Any] = new_axes(ax, len(cases), (4.8 * columns, 3.2 * rows), common_x=False, in_space=True, columns=columns)
     for axes, case in zip(panels, cases, strict=True):
@@ -56,12 +55,7 @@ def _in_space(system: ContactSystem, width: Array, unit: str, few: list[int], ar
         shown = axes.scatter(*system.points.T, c=values, cmap="cividis", s=14, depthshade=False)
         axes.quiver(*system.points[few].T, *arrows[few].T, color=series(0)["color"], linewidth=0.6)
         axes.set_title(f"{case} = 1; arrows: normals into body 1")
-        axes.auto_scale_xyz(*np.concatenate([system.points, system.points + arrows]).T)
-        axes.set(xlabel="$x$ (length)", ylabel="$y$ (length)", zlabel="$z$ (length)")
-        axes.set_aspect("equal")
-        axes.grid(False)
-        for axis, (low, high) in zip((axes.xaxis, axes.yaxis, axes.zaxis), (axes.get_xlim(), axes.get_ylim(), axes.get_zlim()), strict=True):
-            axis.set_major_locator(MaxNLocator(3 if high - low > 5 * step else 1))
+        finish(axes, ends, float(np.linalg.norm(arrows[0])))
         axes.figure.colorbar(shown, ax=axes, shrink=0.6, pad=0.12, label=f"bonded {'normal force' if unit == 'force' else 'pressure'} ({unit})")
     return np.array(panels)
 

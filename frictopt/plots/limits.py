@@ -8,15 +8,18 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ..contact import ContactSystem, Onset
-from ..contact.checks import Array
+from ..contact.checks import Array, Booleans
 from ..contact.coulomb import lengths
 from ..contact.tolerances import RESIDUAL
 from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, SeparatedLimit, ShakedownLimit
-from .along import circle, friction_ratio, label_contacts, lines, lines_or_band, looks, node_at, open_nodes
+from .along import circle, friction_ratio, label_contacts, lines, lines_or_band, looks, node_at, ratios
 from .spatial import face_map, ratio_map
-from .style import ALONG, BLACK, GREY, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, one_axes, picture, series
+from .style import BLACK, GREY, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, one_axes, picture, series
 
 Circles: TypeAlias = dict[int, tuple[Any, Any, Any]]
+Circled: TypeAlias = tuple[Circles, str]  # and what is circled
+State: TypeAlias = tuple[Array | None, Booleans | None]  # slip, and which nodes are open
+_ABSENT: State = None, None
 Limit: TypeAlias = ShakedownLimit | RequiredFriction | GuaranteedLimit | SeparatedLimit
 
 _SHOWN = 4  # preloads in a title
@@ -34,24 +37,19 @@ def _onset(onset: Onset, ax: Axes | None = None) -> Axes:
         "contact under the settled mean load, at the onset of slip" if onset.state else "bonded contact; the mean load alone makes it slip or pulls"
     )
     axes.set_title("bonded contact at the onset of slip" if onset.mean_admissible else settled)
-    nodes = {event.corner: event.node for event in onset.slips if event.node is not None}
-    if not nodes:
+    events = [event for event in onset.slips if event.node is not None]
+    if not events:
         return no_lines(axes, "no corner makes a node slip")
-    first, (q, p) = onset.slip, onset.reactions
-    names = [rf"{name}, $\lambda = {event.load_factor:.4g}$" for name, event in zip(onset.cycle.corner_names, onset.slips, strict=True)]
-    if onset.system.tangents == 2:
-        q, p = q[first.corner], p[first.corner]
-        shear, bound = lengths(q, p), onset.friction * p
+    system, at, (q, p) = onset.system, events.index(onset.slip), (part[[event.corner for event in events]] for part in onset.reactions)
+    shown = range(len(events)) if len(events) <= len(SERIES) else [at]
+    circles: Circles = {number: (events[number].node, events[number].sense, _ONE_NODE) for number in shown}
+    if system.tangents == 2:
+        shear, bound = lengths(q, p)[at], onset.friction * p[at]
         zero = RESIDUAL * np.abs(bound).max()
         slips = (shear - bound >= -zero) & (np.maximum(shear, -bound) > zero)  # a node that carries nothing does not slip
-        slips[first.node] = True
-        return ratio_map(axes, onset.system, q, p, onset.friction, names[first.corner], circled=slips, why="node that slips first")
-    corners = list(nodes)
-    shown = corners if len(corners) <= len(SERIES) else [first.corner]
-    circles = {corners.index(corner): (nodes[corner], onset.slips[corner].sense, _ONE_NODE) for corner in shown}
-    _ratios(axes, onset.system, onset.friction, q[corners], p[corners], [names[corner] for corner in corners], circles, "first node that slips")
-    legend(axes)
-    return axes
+        circles = {at: ([onset.slip.node, *np.flatnonzero(slips)], None, _ONE_NODE)}
+    names = [rf"{event.loads}, $\lambda = {event.load_factor:.4g}$" for event in events]
+    return _ratios(axes, system, onset.friction, q, p, names, (circles, "node that slips first"), at)
 
 
 @picture.register
@@ -130,16 +128,11 @@ def _reserve(found: SafeSlip | Design, ax: Axes | AxesArray | None, title: str, 
     """
     system, (q, p), names = found.system, found.reactions, found.cycle.corner_names
     least = int(np.argmin((found.friction * p - lengths(q, p))[:, ~found.open].min(axis=1)))
-    if system.tangents == 2:
-        axes = one_axes(ax, 2)
-        axes.set_title(title)
-        return ratio_map(axes, system, q[least], p[least], found.friction, names[least], found.slip, found.open)
-    upper, *below = new_axes(ax, 1 if profile is None else 2, ALONG if profile is None else (6.4, 5.4))
+    alone = profile is None or system.tangents == 2
+    upper, *below = [one_axes(ax, system.tangents)] if alone else new_axes(ax, 2, (6.4, 5.4))
     upper.set_title(title)
-    friction_ratio(upper, system, found.friction, q, p, names, [least])
-    open_nodes(upper, system, found.open)
-    legend(upper)
-    if profile is None:
+    _ratios(upper, system, found.friction, q, p, names, ({}, ""), least, (found.slip, found.open))
+    if profile is None or alone:
         return upper
     upper.set_xlabel("")
     lines(below[0], system, profile, color=BLACK, marker=".", markersize=3)
@@ -163,18 +156,10 @@ def _at_corners(limit: Limit, ax: Axes | None, title: str, friction: Array, *, s
     axes.set_title(title)
     if not shown:
         return no_lines(axes, limit.reason)
-    system, (q, p), names = limit.system, limit.reactions, limit.cycle.corner_names
-    circles, label = _circles(limit)
-    if system.tangents == 2:
-        circled = np.unique(np.concatenate([np.ravel(nodes) for nodes, _, _ in circles.values()])) if circles else ()
-        return ratio_map(axes, system, q[0], p[0], friction, names[0], limit.slip, limit.open, circled, label.partition(";")[0])
-    _ratios(axes, system, friction, q, p, names, circles, label)
-    open_nodes(axes, system, limit.open)
-    legend(axes)
-    return axes
+    return _ratios(axes, limit.system, friction, *limit.reactions, limit.cycle.corner_names, _circles(limit), 0, (limit.slip, limit.open))
 
 
-def _circles(limit: Limit) -> tuple[Circles, str]:
+def _circles(limit: Limit) -> Circled:
     """Nodes that limit the load, with their senses of slip and the areas of their circles, by corner; and what the circles are."""
     if isinstance(limit, ShakedownLimit | RequiredFriction):
         rows = limit.mechanism.groupby("corner")
@@ -186,16 +171,28 @@ def _circles(limit: Limit) -> tuple[Circles, str]:
 
 
 def _ratios(
-    axes: Axes, system: ContactSystem, friction: Array, q: Array, p: Array, names: Sequence[str], circles: Circles, label: str | None
-) -> None:
-    """Shear over friction bound of (K, N) reactions, with circles at some corners; of many corners, those with the largest circles."""
-    ruling = sorted(circles, key=lambda corner: -float(np.sum(circles[corner][2])))
-    ratio = friction_ratio(axes, system, friction, q, p, names, ruling)
+    axes: Axes, system: ContactSystem, friction: Array, q: Array, p: Array, names: Sequence[str], circled: Circled, at: int, state: State = _ABSENT
+) -> Axes:
+    """Shear over friction bound of reactions at K corners, with circles at some of them; of many corners, those with the largest circles.
+
+    In space a map of the corner `at`, with the circles of all, and with the slip as arrows.
+    """
+    (circles, label), (slip, opened) = circled, state
+    if system.tangents == 2:
+        nodes = sorted({int(node) for nodes, _, _ in circles.values() for node in np.ravel(nodes)})
+        ratio = ratios(lengths(q[at], p[at]), friction * p[at])
+        return ratio_map(axes, system, ratio, names[at], slip, opened, nodes, label.partition(";")[0])
+    ruling = sorted(circles, key=lambda corner: -float(np.sum(circles[corner][2]))) or [at]
+    ratio, said = friction_ratio(axes, system, friction, q, p, names, ruling), False
     for corner, look in looks(len(q), ruling).items():
         if corner in circles:
             nodes, senses, areas = circles[corner]
-            circle(axes, system.x[nodes], ratio[corner, nodes], senses, areas, look["color"], label)
-            label = None
+            circle(axes, system.x[nodes], ratio[corner, nodes], senses, areas, look["color"], None if said else label)
+            said = True
+    if opened is not None and opened.any():  # they carry nothing
+        axes.scatter(system.x[opened], np.zeros(opened.sum()), marker="v", s=20, color=BLACK, zorder=3, label="open")
+    legend(axes)
+    return axes
 
 
 @picture.register

@@ -1,5 +1,6 @@
 """Pictures of contacts in three dimensions: maps of the contact face, seen along its normal."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -7,14 +8,12 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.transforms import offset_copy
 from matplotlib.tri import Triangulation
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ..contact import ContactSystem
 from ..contact.checks import Array, Booleans
-from ..contact.coulomb import lengths
 from ..errors import ModelError
 from ..transients import SteadyState
-from .along import ratios
 from .bodies import spread
 from .style import BLACK, GREY, SERIES, AxesArray, one_axes
 
@@ -33,24 +32,14 @@ _FLAT = 1e-9  # difference of the directions of nodes in one plane; distance of 
 
 
 def ratio_map(
-    axes: Axes,
-    system: ContactSystem,
-    q: Array,
-    p: Array,
-    friction: Array,
-    corner: str,
-    slip: Array | None = None,
-    opened: Booleans | None = None,
-    circled: ArrayLike = (),
-    why: str = "",
+    axes: Axes, system: ContactSystem, ratio: Array, corner: str, slip: Array | None, opened: Booleans | None, circled: Sequence[int], why: str
 ) -> Axes:
-    """Shear over friction bound of reactions (N, 2) and (N,) at a corner by its name; the residual slip as arrows, some nodes circled."""
-    ratio = ratios(lengths(q, p), friction * p)
+    """Shear over friction bound (N,) at a corner by its name; the residual slip as arrows, some nodes circled."""
     places, size = _map(axes, system, ratio, rf"$|q| / (f p)$ at {corner}", max(1.0, float(np.nanmax(ratio, initial=0.0))), opened)
     if slip is not None:
         _arrows(axes, places, slip if opened is None else np.where(opened[:, None], np.nan, slip), "residual slip")
-    if why:
-        x, y = places[np.asarray(circled)].T
+    if circled:
+        x, y = places[circled].T
         axes.scatter(x, y, s=1.6 * size, facecolors="none", edgecolors=SERIES[1]["color"], linewidths=1.4, label=why)
     return _finished(axes)
 
