@@ -7,13 +7,11 @@ from functools import cached_property
 from numbers import Real
 from typing import TYPE_CHECKING, Self
 
-import numpy as np
-
 from ..errors import ModelError
 from .checks import Array, checked_loads, listed, shown
 from .history import history_corners, independent_corners
 from .show import Plotted
-from .system import ContactSystem, checked_system
+from .system import ContactSystem, checked_system, reactions
 from .tolerances import ROUNDING
 
 if TYPE_CHECKING:
@@ -217,24 +215,6 @@ class LoadCycle(Plotted):
     def corner_reactions(self, system: ContactSystem) -> tuple[Array, Array]:
         """(K, N) bonded reactions `q1, p1` of the corners at load factor 1, without the mean and what is fixed."""
         return reactions(system, self.corners)
-
-
-def reactions(system: ContactSystem, loads: Sequence[Mapping[str, float]]) -> tuple[Array, Array]:
-    """(K, N) bonded reactions of K sums of load cases, (K, N, 2) and (K, N) in space.
-
-    Raises
-    ------
-    ModelError
-        Not a contact system, or a load case that it does not have.
-    """
-    q, p = np.zeros((len(loads), *checked_system(system).slip_shape)), np.zeros((len(loads), system.nodes))
-    for case in dict.fromkeys(case for load in loads for case in load):
-        if case not in system.bonded:
-            system.reaction({case: 1.0})  # says so
-        amplitudes = np.array([load.get(case, 0.0) for load in loads])
-        q += np.multiply.outer(amplitudes, system.bonded[case][0])
-        p += np.multiply.outer(amplitudes, system.bonded[case][1])
-    return q, p
 
 
 def _checked(name: str, loads: object) -> tuple[Mapping[str, float], ...]:

@@ -1,8 +1,14 @@
-"""Files that are to be written, checked before anything is computed."""
+"""Files: those to be written, checked before anything is computed, and that of a contact system, an npz archive of plain arrays."""
 
+import zipfile
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from ..errors import ModelError
+from .checks import shown
+from .parts import joined
 
 WRITERS = {".csv": "to_csv", ".xlsx": "to_excel", ".parquet": "to_parquet"}
 """Ending of the file of a table -> the method of pandas that writes it."""
@@ -22,3 +28,39 @@ def output(name: str | Path, *endings: str) -> Path:
     if not file.absolute().parent.is_dir():
         raise ModelError(f"{str(name)!r} is in no folder that exists; make it")
     return file
+
+
+_NAMES = ("S", "points", "gap", "frames", "contact", "width", "E_star", "compliance", "units")
+_FORM = "frictopt contact system 7"
+
+
+def write(path: str | Path, system: Any) -> None:
+    """Write a contact system to an npz archive under exactly this name: its parts (None as an empty array), load cases and bonded reactions."""
+    plain = {name: np.array([] if (value := getattr(system, name)) is None else value) for name in _NAMES}
+    bonded = [joined(*pair) for pair in system.bonded.values()]
+    try:
+        if Path(path).exists() and not Path(path).is_file():
+            raise OSError("it is a folder or a device")
+        with Path(path).open("wb") as file:
+            np.savez(file, allow_pickle=False, format=_FORM, cases=list(system.bonded), bonded=bonded, **plain)
+    except (OSError, TypeError, ValueError) as error:
+        raise ModelError(f"path: {shown(path)} cannot be written ({error}); give the name of a file in a folder that exists") from error
+
+
+def read(source: str | Path) -> dict[str, Any]:
+    """The arguments of a contact system, from an archive."""
+    try:
+        if not Path(source).is_file():
+            raise ValueError("there is no such file")
+        with zipfile.ZipFile(source) as archive:
+            if damaged := archive.testzip():  # every byte against its checksum: numpy reads no more of a member than its header says
+                raise ValueError(f"{damaged} is damaged")
+        with np.load(source, allow_pickle=False) as archive:
+            arrays = dict(archive)
+        if arrays.keys() != {"format", "cases", "bonded", *_NAMES} or str(arrays.pop("format")) != _FORM:
+            raise ValueError("it does not hold the arrays of a contact system")
+        bonded = dict(zip(arrays.pop("cases").tolist(), arrays.pop("bonded"), strict=True))
+        known = {name: None if not array.size else array if array.ndim else array.item() for name, array in arrays.items()}
+    except Exception as error:  # readers raise many kinds of error on a damaged or foreign file
+        raise ModelError(f"path: {str(source)!r} is not a contact system ({shown(error)}); give a file as its save writes it") from error
+    return {"bonded": bonded, **known}

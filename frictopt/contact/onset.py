@@ -10,12 +10,12 @@ import numpy as np
 from ..errors import NoContinuation
 from .checks import Array
 from .coulomb import lengths, reach
-from .cycle import LoadCycle, reactions
+from .cycle import LoadCycle
 from .diagnosis import unscaled_diagnosis
 from .parts import joined, parted
 from .show import Plotted, Shown, frame
 from .state import ContactState
-from .system import ContactSystem
+from .system import ContactSystem, reactions
 from .tolerances import CONDENSATION, RESIDUAL, ROUNDING, SIMULTANEOUS
 
 if TYPE_CHECKING:
@@ -145,7 +145,7 @@ class Onset(Shown, Plotted):
         """The DataFrame of all events, by corner: columns corner and its loads, event, load_factor, node (NA if it never happens), sense."""
         kinds = self.slips, self.separations, *([self.touches] if self.touches else [])
         events = [event for corner in zip(*kinds, strict=True) for event in corner]
-        return frame({name: [getattr(event, name) for event in events] for name in OnsetEvent.__match_args__}, {"node": "Int64"})
+        return frame({name: [getattr(event, name) for event in events] for name in OnsetEvent.__match_args__}).astype({"node": "Int64"})
 
     def _answer(self) -> Mapping[str, object]:
         ruled = {} if self.mean_admissible else {"mean_slips": self.mean_slips, "mean_opens": self.mean_opens}

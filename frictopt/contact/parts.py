@@ -1,13 +1,14 @@
-"""Checks of the parts of a contact system, and the tangential and normal components of its vectors."""
+"""Checks of the parts of a contact system, the tangential and normal components of its vectors, and the course of contacts in the plane."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from types import MappingProxyType
 
 import numpy as np
 
 from ..errors import ModelError
-from .checks import Array, check_name, finite_array, frozen, real_array, shown
-from .tolerances import CONDENSATION
+from .checks import Array, Names, check_name, finite_array, frozen, real_array, shown
+from .tolerances import CONDENSATION, SAME_POINT
 
 _ORTHONORMAL = 10 * CONDENSATION  # error of the frames of the pairs up to which they are orthonormal, as for given normals
 _SOFTEST = 1e-150  # stiffness of a spring, and largest compliance: the product of two larger numbers overflows
@@ -93,3 +94,30 @@ def checked_bonded(argument: str, bonded: object, n: int, tangents: int) -> Mapp
             q, p = parted(finite_array(label, given, ((tangents + 1) * n,)), tangents + 1)
         checked[name] = (finite_array(f"{label} q", q, shape), finite_array(f"{label} p", p, (n,)))
     return MappingProxyType(checked)
+
+
+def runs(names: Sequence[str] | Names) -> list[slice]:
+    """The nodes of each contact, from the name of the contact of each node."""
+    starts = [i for i in range(len(names)) if i == 0 or names[i] != names[i - 1]]
+    return [slice(start, end) for start, end in pairwise([*starts, len(names)])]
+
+
+def arc_length(points: Array, frames: Array, contact: Names | None) -> Array:
+    """(N,) coordinates along the tangent where all nodes have the same and follow each other along it, else arc length, contact after contact.
+
+    The arc length begins at the first node's coordinate along its tangent; each further contact begins one spacing after the end of the one before.
+    """
+    pieces = [slice(None)] if contact is None else runs(contact)
+    along = points @ frames[0, 0]
+    if (frames == frames[0]).all() and (len(pieces) == 1 or np.all(np.diff(along) > 0)):
+        return np.asarray(along)
+    x, end = np.empty(len(points)), 0.0
+    for number, piece in enumerate(pieces):
+        p = points[piece]
+        lengths = np.hypot(*np.diff(p, axis=0).T)
+        step = float(lengths.mean()) if len(lengths) else 1.0
+        first = float(frames[0, 0] @ p[0])
+        start = end + step if number else first * (abs(first) > SAME_POINT * lengths.sum())
+        x[piece] = start + np.r_[0.0, np.cumsum(lengths)]
+        end = float(x[piece][-1])
+    return x

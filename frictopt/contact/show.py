@@ -94,11 +94,11 @@ class Plotted:
         return import_module("frictopt.plots.draw").draw(self, ax)  # here, for matplotlib is slow to import and need not be installed
 
 
-def frame(columns: Mapping[str, object], types: Mapping[str, str] | None = None, units: str | None = None) -> "pd.DataFrame":
-    """A pandas DataFrame with these columns; `types` names the types that pandas would not choose itself, `units` go to its `attrs`."""
+def frame(columns: Mapping[str, object], units: str | None = None) -> "pd.DataFrame":
+    """A pandas DataFrame with these columns; `units` go to its `attrs`."""
     import pandas as pd  # imported here, because only tables need it
 
-    table = pd.DataFrame(columns).astype(dict(types or {}))
+    table = pd.DataFrame(columns)
     if units is not None:
         table.attrs["units"] = units
     return table

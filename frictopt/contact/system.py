@@ -2,7 +2,7 @@
 
 # One file because it is the one type that all rooms share: its data, their shapes, and its copies.
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import ModelError
-from . import storage
+from . import files
 from .checks import Array, Names, checked_contact, checked_loads, checked_overlaps, finite_array, finite_number, frozen, real_array
-from .course import arc_length
-from .parts import check_order, checked_bonded, checked_frames, checked_width, compliances, joined, parted
+from .parts import arc_length, check_order, checked_bonded, checked_frames, checked_width, compliances, joined, parted
 from .show import Plotted, Shown, frame
 from .stiffness import check_semi_definite, in_series, overlapping, symmetrised
 from .tolerances import RIGID
@@ -270,13 +269,8 @@ class ContactSystem(Shown, Plotted):
         ModelError
             A load case that the system does not have, an amplitude that is not finite.
         """
-        q, p = np.zeros(self.slip_shape), np.zeros(self.nodes)
-        for name, amplitude in checked_loads("loads", loads).items():
-            if name not in self.bonded:
-                raise ModelError(f"load case {name!r}: unknown; this system has {sorted(self.bonded)}")
-            q = q + amplitude * self.bonded[name][0]
-            p = p + amplitude * self.bonded[name][1]
-        return q, p
+        q, p = reactions(self, [checked_loads("loads", loads)])
+        return q[0], p[0]
 
     def closed_reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
         """Reactions `(q, p)` with every gap pressed shut and no slip (v = w = 0), from the bonded reactions and the initial gap."""
@@ -424,7 +418,7 @@ class ContactSystem(Shown, Plotted):
         ModelError
             The file cannot be written.
         """
-        storage.write(path, self)
+        files.write(path, self)
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -435,7 +429,25 @@ class ContactSystem(Shown, Plotted):
         ModelError
             The file is missing or damaged, or its content is not a contact system.
         """
-        return cls(**storage.read(path))
+        return cls(**files.read(path))
+
+
+def reactions(system: ContactSystem, loads: Sequence[Mapping[str, float]]) -> tuple[Array, Array]:
+    """(K, N) bonded reactions of K sums of load cases, (K, N, 2) and (K, N) in space.
+
+    Raises
+    ------
+    ModelError
+        Not a contact system, or a load case that it does not have.
+    """
+    q, p = np.zeros((len(loads), *checked_system(system).slip_shape)), np.zeros((len(loads), system.nodes))
+    for case in dict.fromkeys(case for load in loads for case in load):
+        if case not in system.bonded:
+            raise ModelError(f"load case {case!r}: unknown; this system has {sorted(system.bonded)}")
+        amplitudes = np.array([load.get(case, 0.0) for load in loads])
+        q += np.multiply.outer(amplitudes, system.bonded[case][0])
+        p += np.multiply.outer(amplitudes, system.bonded[case][1])
+    return q, p
 
 
 def checked_system(system: object) -> ContactSystem:

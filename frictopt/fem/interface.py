@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import inv
 
 from ..contact.checks import Array, place
-from ..contact.course import runs
+from ..contact.parts import runs
 from ..contact.tolerances import CONDENSATION, SAME_POINT
 from ..errors import ModelError
 from .ordering import Integers

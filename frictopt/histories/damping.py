@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..contact.answers import Outcome
 from ..contact.checks import Array, finite_number, finite_numbers, flag, frozen
-from ..contact.cycle import checked_cycle, reactions
+from ..contact.cycle import checked_cycle
 from ..contact.show import Plotted, Shown
-from ..contact.system import checked_system
+from ..contact.system import checked_system, reactions
 from ..contact.tolerances import ROUNDING
 from ..errors import ModelError, NoContinuation
 from ..limits import guaranteed_limit, shakedown_limit

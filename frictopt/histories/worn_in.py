@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike
 from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients
 from ..contact.answers import Outcome
 from ..contact.checks import Array, Booleans, finite_number, frozen, warns_of_odd_values
-from ..contact.cycle import checked_cycle, reactions
+from ..contact.cycle import checked_cycle
 from ..contact.diagnosis import open_nodes
 from ..contact.parts import joined
 from ..contact.record import Recorded, SolveRecord
 from ..contact.show import Plotted, frame, places
-from ..contact.system import checked_system
+from ..contact.system import checked_system, reactions
 from ..contact.tolerances import CONDENSATION, RESIDUAL
 from ..errors import ModelError, SolverError
 from ..transients import SteadyState, steady_state

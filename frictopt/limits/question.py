@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..contact.checks import Array, Booleans, finite_array, flag, real_array
 from ..contact.coulomb import lengths, off_law
-from ..contact.cycle import checked_cycle, reactions
+from ..contact.cycle import checked_cycle
 from ..contact.parts import joined, parted
-from ..contact.system import checked_system
+from ..contact.system import checked_system, reactions
 from ..contact.tolerances import CONDENSATION, NO_COUPLING
 from ..errors import ModelError
 

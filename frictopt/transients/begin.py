@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients
 from ..contact.checks import Array, finite_array, finite_number
 from ..contact.coulomb import off_law
-from ..contact.cycle import checked_cycle, reactions
+from ..contact.cycle import checked_cycle
 from ..contact.diagnosis import mean_load_diagnosis, pressing
 from ..contact.parts import joined, parted
 from ..contact.state import checked_state
-from ..contact.system import checked_system
+from ..contact.system import checked_system, reactions
 from ..contact.tolerances import NO_DRIVE, RESIDUAL
 from ..errors import ModelError
 
