@@ -271,7 +271,7 @@ FAULTS = (
           "bound.value <= largest * (3 + _ONE_LIMIT)",
           "separated::test_random_contacts_rest_at_the_limit_and_above_a_proven_one_nothing_does"),
     Fault("limits/separated_sets.py", "nodes that rule are not moved", "for node in active[:_RULING]]", "for node in active[:0]]", "open_nodes"),
-    Fault("limits/pressing.py", "pressures of the glued contact", "min(p.min() / task.force, 1.0)", "min(p.max() / task.force, 1.0)",
+    Fault("limits/required_friction.py", "pressures of the glued contact", "min(p.min() / task.force, 1.0)", "min(p.max() / task.force, 1.0)",
           "required_friction"),
     Fault("limits/answered.py", "a slip bound that costs nothing", "float(lengths(self.hold, task.most) @ task.most)", "0.0", "slip_bound"),
     # increments

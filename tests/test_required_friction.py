@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 import frictopt as fo
-from frictopt.limits.pressing import best_pressed
+from frictopt.limits.required_friction import best_pressed
 from systems import CYCLE, random_system, stress_of, system
 from test_fixed_part import fixed_contact
 from test_open_nodes import open_contact

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits.pressing import best_pressed
+from frictopt.limits.required_friction import best_pressed
 from spatial import cycle, random_contact, single
 from studies.validation.fuzz.embedded import embedded
 from systems import CYCLE, explained, random_system

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
 from typing import Any
 
 import cvxpy as cp
@@ -113,6 +112,8 @@ class DesignModel(SafeModel):
     """
 
     _design: DesignLoads
+    preload: Any
+    profile: Any
 
     def __init__(
         self,
@@ -137,6 +138,8 @@ class DesignModel(SafeModel):
         if not (names or self._shaped):
             raise ModelError("preloads, profile: none, so nothing is to be chosen; name load cases, or give profile=True")
         self._design = design_loads(system, names, self._shaped, self._asked.force)
+        self.preload = cp.Variable(len(names), name=OF_A_MODEL + "preload") if names else None
+        self.profile = cp.Variable(system.nodes, name=OF_A_MODEL + "profile") if self._shaped else None
         self._more = [safe_set(task, self._design.shared(shares)) for task, shares in self._others]
 
     def _scenario(self, s: int, preloads: Sequence[str], given: Any) -> tuple[LimitQuestion, Mapping[str, float]]:
@@ -147,16 +150,6 @@ class DesignModel(SafeModel):
         if unknown := sorted(set(shares) - set(preloads)):
             raise ModelError(f"scenarios[{s}]: shares of {shown(unknown)}; the preloads are {shown(list(preloads))}")
         return pose(self._asked.system, cycle, friction, slip_bound=self._asked.most), shares
-
-    @cached_property
-    def preload(self) -> Any:
-        """(J,) amplitudes that the design adds to the mean load, in the order of `preloads`, a cvxpy variable; None without."""
-        return cp.Variable(len(self._design.preloads), name=OF_A_MODEL + "preload") if self._design.preloads else None
-
-    @cached_property
-    def profile(self) -> Any:
-        """(N,) material taken off at the nodes, length, a cvxpy variable; None without."""
-        return cp.Variable(self._asked.system.nodes, name=OF_A_MODEL + "profile") if self._shaped else None
 
     def _meant(self, v: SafeSet) -> dict[cp.Variable, cp.Expression]:
         values, count = self._design.values, len(self._design.preloads)
@@ -238,9 +231,7 @@ class DesignModel(SafeModel):
             slips=tuple(slips),
             prices=program.own.prices(unit),
             record=SolveRecord(residual=residual),
-            problem=None,
             _tasks=tasks,
-            _units={},
         )
 
     def _refused(self, program: SafeSet) -> None:

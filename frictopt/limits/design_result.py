@@ -70,9 +70,9 @@ class Design(Answered):
     slips: tuple[Array, ...] = field(repr=False)
     prices: Mapping[str, Array]
     record: SolveRecord
-    problem: cp.Problem | None = field(repr=False)
     _tasks: tuple[LimitQuestion, ...] = field(repr=False)
-    _units: Units = field(repr=False)
+    problem: cp.Problem | None = field(repr=False, default=None)
+    _units: Units = field(repr=False, default_factory=dict)
 
     @property
     def _task(self) -> LimitQuestion:  # type: ignore[override]

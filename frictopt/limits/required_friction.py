@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import Any
 
+import cvxpy as cp
 import numpy as np
 import pandas as pd
 
@@ -13,9 +14,12 @@ from ..contact.record import SolveRecord
 from ..contact.show import frame
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import SolverError
-from .answered import Answered
-from .pressing import best_pressed
-from .question import LimitQuestion
+from ..solve.solvers import solve
+from .answered import Answered, Mechanism
+from .friction_bounds import safe_set
+from .judge import defect
+from .question import LimitQuestion, pose
+from .safe_set import SafeSet, ruling
 from .safe_slip import SafeSlipModel
 from .safe_slip_result import SafeSlip
 
@@ -24,6 +28,7 @@ _WIDEST_PROOF = 1e4 * RESIDUAL  # and the largest: a small node has a small part
 _LEAST_FRICTION = 1e-6  # which linear programs can tell from 0
 _MORE_FRICTION = tuple(4.0**k for k in range(1, 8))  # tried where 1 is not enough, up to what linear programs can tell from inf
 _LESS_FRICTION = tuple(0.7**k for k in range(1, 7))  # shares tried below an answer where the mean load may open nodes
+_NO_LEAST_PRESSURE = RESIDUAL  # pressure, over the force scale, that counts as none: it has the error of an answer
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -213,3 +218,57 @@ class _Asked:
         """The largest friction asked for that is proven to be too little, and the least that is proven to be enough."""
         exists = {friction: safe.exists for friction, safe in self._found.items()}
         return max((f for f, enough in exists.items() if not enough), default=0.0), min(f for f, enough in exists.items() if enough)
+
+
+class Pressing:
+    """Solution of a pressing problem, judged from both sides.
+
+    Attributes
+    ----------
+    least
+        The least normal reaction under its slip, in mean normal forces of the mean load, at most 1.
+    motion
+        Openings for which the loads do work although no residual slip resists them, where `least` is negative.
+    residual
+        The larger of the distance of `least` from the bound that `motion` proves, and the excess of its slip over the slip bound.
+    """
+
+    def __init__(self, v: SafeSet, load_factor: float) -> None:
+        task, slip = v.task, v.solved_slip
+        p = task.states(load_factor, slip)[3]
+        self.least = float(min(p.min() / task.force, 1.0))
+        cap, rule = v.cap("cap"), ruling(-task.p0, -task.p1, load_factor)
+        opening = np.zeros(task.p1.shape)
+        opening[rule] = np.maximum(v.rows["pressed"].dual_value, 0.0) / v.unit
+        motion = Mechanism(np.zeros(task.q1.shape), opening, task.friction, v.held()[0])
+        opened = float(motion.opening.sum()) * task.force
+        self.motion = motion.scaled((1 - cap) / opened if opened > 0 and cap < 1 else 0.0)
+        resistance, drive = self.motion.work(task)
+        off = defect(v, self.motion, slip)
+        gap = abs(cap + resistance - load_factor * drive - self.least) + off  # a defect that closes the gap counts for slips like this one alone
+        proves = opened > 0 or cap >= 1 - RESIDUAL  # multipliers that do not add up to one bound nothing
+        self.residual = float(np.nan_to_num(max(gap, task.beyond(slip)), nan=np.inf)) if proves else np.inf
+
+    @property
+    def impossible(self) -> bool:
+        """Whether no slip presses every node at every corner."""
+        return self.least < -_NO_LEAST_PRESSURE
+
+
+def best_pressed(system: ContactSystem, cycle: LoadCycle, load_factor: float, slip_bound: Any) -> tuple[Pressing, SolveRecord]:
+    """The slip v, within its bound, under which the least normal reaction over the nodes and corners is largest.
+
+    In full, with `force` the mean normal force of the mean load::
+
+        max least   s.t.   p_k >= least force,   least <= 1   where   p_k = p0 + lam p1_k + B v
+
+    Raises
+    ------
+    SolverError
+        No solver gave an answer that passes the checks.
+    """
+    task, least = pose(system, cycle, 0.0, slip_bound=slip_bound), cp.Variable(name="least")
+    v = safe_set(task)
+    p = (task.p0 + load_factor * task.p1).min(axis=0) / v.unit + v.pressure  # of the corner that rules
+    v = v.posed(v.program(cp.Maximize(least), {"pressed": p >= cp.multiply(task.force / v.unit, least), "cap": least <= 1}))
+    return solve(v.problem, lambda: Pressing(v, load_factor))

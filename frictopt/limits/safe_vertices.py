@@ -8,7 +8,6 @@ A slide of the whole body, where nothing resists one, has no part in it; a bound
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any
 
 import cvxpy as cp
@@ -16,6 +15,7 @@ import numpy as np
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_array, finite_number, frozen, warns_of_odd_values
+from ..contact.record import SolveRecord
 from ..solve.solvers import NoOptimum, solve
 from .friction_bounds import safe_set
 from .question import LimitQuestion, pose
@@ -66,18 +66,11 @@ class AdmissibleSlips:
         for along in directions:
             self.problem.param_dict["direction"].value = along / (np.abs(along).max(initial=0.0) or 1.0)
             try:
-                found.append(solve(self.problem, lambda: _Slip(v.solved_slip, task.violation(load_factor, v.solved_slip)))[0].slip)
+                solve(self.problem, lambda: SolveRecord(residual=task.violation(load_factor, v.solved_slip)))
+                found.append(v.solved_slip)
             except NoOptimum:
                 found.append(None)
         return found
-
-
-@dataclass(frozen=True, eq=False)
-class _Slip:
-    """A slip that stands in a program, and by how much it is not what was asked for."""
-
-    slip: Array
-    residual: float
 
 
 @warns_of_odd_values

@@ -1,7 +1,17 @@
-"""The shakedown limit lambda_2: the load factor above which no residual slip is safe (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987)."""
+"""The shakedown limit lambda_2: the load factor above which no residual slip is safe (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987).
 
-from collections.abc import Sequence
+Safe slips and load factors are a convex set, so the safe load factors are an interval. It begins at 0 if some slip is safe under the mean load
+alone, else at::
+
+    min lam   s.t.   v safe at lam, see below
+
+Its dual is a mechanism of negative drive: the mean load does work on it, which more cyclic load takes up.
+"""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
+from time import perf_counter
 from typing import Any
 
 import cvxpy as cp
@@ -10,14 +20,14 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import LimitKind
-from ..contact.checks import listed, warns_of_odd_values
+from ..contact.checks import Array, listed, warns_of_odd_values
+from ..contact.record import SolveRecord
 from ..contact.tolerances import RESIDUAL
-from ..errors import ModelError
+from ..errors import ModelError, SolverError
 from ..solve.solvers import solve
 from .friction_bounds import helpless
 from .judge import answered, judged, judged_by_rows, refuted
-from .least_load import with_least_load
-from .mirrors import half_of
+from .mirrors import half_of, slip_on_whole
 from .open_nodes import rest_under_mean
 from .plain_limits import by_one_node, in_closed_form, no_limit, no_limit_under
 from .question import LimitQuestion
@@ -234,3 +244,50 @@ def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:
         **along,
         "solver": limit.record.solver,
     }
+
+
+def with_least_load(limit: ShakedownLimit, v: SafeSet, solver: str | None) -> ShakedownLimit:
+    """The limit that a program has given, with the least safe load factor: by one more program only if nothing at hand shows that it is 0.
+
+    It is 0 if the slip of the limit, or no slip, is safe under the mean load; nan where no solver gave one that passes the checks. What stands in the
+    variables and multipliers stays there.
+    """
+    slips = ([limit.slip] if limit.kind is LimitKind.FINITE else []) + ([] if limit.constraints else [np.zeros_like(limit.slip)])
+    if any(_excess_under_mean(limit, v, slip) <= RESIDUAL for slip in slips):
+        return replace(limit, least=0.0)
+    with _kept(v.problem):
+        downward = v.posed(cp.Problem(cp.Minimize(v.load_factor), v.problem.constraints), v.own)
+        try:
+            lower, found = solve(downward.problem, lambda: _claimed(limit, downward), solver)
+        except SolverError:  # rounding hides whether some slip is safe under the mean load: the limit stands, the least load factor is not known
+            return limit
+    attempts, seconds = (*limit.record.attempts, *found.attempts), perf_counter() - v.task.started
+    record = replace(limit.record, attempts=attempts, residual=max(limit.residual, lower.residual), seconds=seconds)
+    return replace(limit, least=lower.load_factor, record=record)
+
+
+def _claimed(limit: ShakedownLimit, v: SafeSet) -> ShakedownLimit:
+    """The least load factor that stands in the program, judged by the referee and by its mechanism; 0 if its slip is safe under the mean load."""
+    if (excess := _excess_under_mean(limit, v, slip_on_whole(v.task, v.solved_slip))) <= RESIDUAL:
+        return replace(limit, load_factor=0.0, record=SolveRecord(residual=excess))
+    return judged_by_rows(v) if limit.constraints else judged(v, least=True)
+
+
+def _excess_under_mean(limit: ShakedownLimit, v: SafeSet, slip: Array) -> float:
+    """By how much a slip is not safe under the mean load alone, or violates the user's own rows there, if they are: then it stands in them."""
+    load_factor = v.load_factor
+    value = load_factor.value
+    load_factor.save_value(np.zeros(()))
+    excess = max(limit._task.violation(0.0, slip), v.own.violation)
+    load_factor.save_value(value)
+    return float(np.nan_to_num(excess, nan=np.inf))
+
+
+@contextmanager
+def _kept(problem: cp.Problem) -> Iterator[None]:
+    """Puts back what stands in the variables and multipliers of a program."""
+    duals = [variable for row in problem.constraints for variable in row.dual_variables]
+    values = [(variable, variable.value) for variable in (*problem.variables(), *duals)]
+    yield
+    for variable, value in values:
+        variable.save_value(value)
