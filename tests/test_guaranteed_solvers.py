@@ -33,7 +33,7 @@ def test_a_wrong_answer_is_refined_and_a_false_denial_not_believed(punch, paper_
 
     monkeypatch.setattr(policy, "_run", sloppy)
     limit = fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
-    assert limit.record.attempts[-1].outcome == "refined" and limit.load_factor == pytest.approx(right.load_factor, rel=1e-8)
+    assert limit.record.attempts[-1].outcome == "refined on the vertex" and limit.load_factor == pytest.approx(right.load_factor, rel=1e-8)
 
     def denies(problem, name):
         outcome = run(problem, name)

@@ -19,7 +19,7 @@ def test_refinement_restores_an_answer_that_a_solver_leaves_inaccurate(punch, pa
 
     monkeypatch.setattr(policy, "_run", sloppy)
     limit = fo.shakedown_limit(punch(40), paper_cycle, 0.7)
-    assert [attempt.outcome for attempt in limit.record.attempts] == ["optimal", "refined"]
+    assert [attempt.outcome for attempt in limit.record.attempts] == ["optimal", "refined on the vertex"]
     assert limit.record.attempts[0].residual > 1e-7 and limit.residual < 1e-10
 
 

@@ -58,28 +58,19 @@ def test_no_multipliers_prove_nothing_of_a_share_of_the_optimum(share, multiplie
     assert form.gap > 0.1
 
 
-def off_balance(form):
-    """Largest violation of the conditions of an optimum: slacks, balance of the multipliers, and their work on the slacks."""
-    s = form.right - form.matrix @ form.z
-    outside = [(np.linalg.norm(s[cone[:, 1:]], axis=1) - s[cone[:, 0]]).max(initial=0.0) for cone in form.cones]
-    equations = np.abs(s[: form.zero]).max(initial=0.0)
-    return max(*outside, equations, np.abs(form.matrix.T @ form.y - form.objective).max(), abs(form.y @ s))
-
-
 @settings(max_examples=30)
 @given(seed=st.integers(0, 10**6), equations=st.booleans())
 def test_a_rough_solution_becomes_the_exact_one(seed, equations):
-    """An interior point method that stops early, against the same one at its best; where it stops far too early nothing gets worse."""
+    """An interior point method that stops early, against the same one at its best."""
     _, problem = random_program(np.random.default_rng(seed), equations)
     problem = conic(problem)
     best = problem.solve(solver="CLARABEL", tol_gap_abs=1e-10, tol_gap_rel=1e-10, tol_feas=1e-10)
-    for tolerance, share, close in ((1e-6, 1e-5, 1e-8), (1e-4, 1.0, 1e-3)):
-        problem.solve(solver="CLARABEL", tol_gap_abs=tolerance, tol_gap_rel=tolerance, tol_feas=tolerance)
-        rough = StandardForm(problem)
-        polish(problem)
-        form = StandardForm(problem)
-        assert off_balance(form) <= max(1e-11, share * off_balance(rough))
-        assert form.bounds == pytest.approx((best, best), abs=close)
+    problem.solve(solver="CLARABEL", tol_gap_abs=1e-4, tol_gap_rel=1e-4, tol_feas=1e-4)
+    rough = StandardForm(problem)
+    polish(problem)
+    form = StandardForm(problem)
+    assert form.off(form.z, form.y) <= max(1e-11, 1e-6 * rough.off(rough.z, rough.y))
+    assert form.bounds == pytest.approx((best, best), abs=1e-8)
 
 
 def test_a_solution_at_the_tip_of_a_cone():

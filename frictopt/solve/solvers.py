@@ -120,7 +120,7 @@ def solve(
             if not claim.residual <= tolerance and kind != MILP and linear_goal:
                 polish(problem)
                 claim = judged()
-                attempts.append(Attempt(name, "refined", claim.residual))
+                attempts.append(Attempt(name, f"refined on the {'vertex' if kind == LP else 'active cones'}", claim.residual))
         if claim and claim.residual <= tolerance:
             return claim, SolveRecord(name, tuple(attempts), claim.residual, (), perf_counter() - started)
     tried = "; ".join(f"{a.solver}: {a.outcome}, residual {a.residual:.1e}" for a in attempts)

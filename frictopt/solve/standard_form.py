@@ -1,20 +1,24 @@
-"""A linear or cone program as arrays: what its multipliers prove, and its exact solution from one nearby."""
+"""A linear or cone program as arrays: what its multipliers prove, and its exact solution on the rows and cones that a solver has found active."""
 
 import warnings
+from collections.abc import Iterator
 from typing import Any
 
 import cvxpy as cp
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lstsq
-from scipy.sparse import block_array, csr_array
+from scipy.linalg import lstsq, null_space
+from scipy.sparse import csr_array
 
 from ..contact.checks import Array
-from ..contact.tolerances import FLOOR, ROUNDING
+from ..contact.tolerances import FLOOR, ROUNDING, STALLED
 
-_NOT_UNIQUE = ROUNDING / 1e3  # singular directions of these equations, over the largest: there the solution stays as it is
-_SOLVED = ROUNDING / 1e3  # errors of these equations that no step makes smaller
+_NOT_UNIQUE = ROUNDING / 10  # singular directions of these equations, over the largest: there the solution stays as it is
+_POLISHED = 1e-3 * ROUNDING  # errors of the equations of active cones that no step makes smaller
 _STEPS = 8  # of Newton's method at most; mostly three do
+_GAPS = 4  # between ratios of multiplier to slack that are tried
+_REVISIONS = 4  # of the active rows and cones from one such gap
+_LEAST_RATIO = 1e-12  # ratios below it, and above its inverse, are alike
 
 Integers = NDArray[np.intp]
 
@@ -28,8 +32,6 @@ class StandardForm:
     ----------
     matrix, right, objective
         Its data.
-    variables, rows
-        The variables and constraints of the problem, in their order here.
     zero, cones
         How many slacks are zero, and the indices of those of the cones, (n, d) for each dimension d.
     z, y
@@ -40,15 +42,19 @@ class StandardForm:
         data = compiled(problem)
         self.matrix, self.right, self.objective = csr_array(data["A"]), data["b"], -data["c"]
         columns, dims = data["param_prob"].var_id_to_col, data["dims"]
-        self.variables = sorted((variable for variable in problem.variables() if variable.size), key=lambda variable: int(columns[variable.id]))
+        self._variables = sorted((variable for variable in problem.variables() if variable.size), key=lambda variable: int(columns[variable.id]))
         kinds = ((cp.constraints.Equality, cp.constraints.Zero), (cp.constraints.Inequality, cp.constraints.NonNeg, cp.constraints.NonPos), cp.SOC)
         self.rows = [row for kind in kinds for row in problem.constraints if isinstance(row, kind)]
         self.zero, sizes = int(dims.zero), np.r_[np.ones(dims.nonneg, dtype=int), np.array(dims.soc, dtype=int)]
         starts = dims.zero + np.cumsum(sizes) - sizes
         self.cones: list[Integers] = [starts[sizes == size][:, None] + np.arange(size) for size in np.unique(sizes)]
         if problem.status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
-            self.z: Array = np.concatenate([np.ravel(variable.value, order="F") for variable in self.variables])
+            self.z: Array = np.concatenate([np.ravel(variable.value, order="F") for variable in self._variables])
             self.y: Array = np.concatenate([_multipliers(row) for row in self.rows])
+
+    def slack(self, z: Array) -> Array:
+        """Slacks of all rows."""
+        return np.asarray(self.right - self.matrix @ z)
 
     def admissible(self, y: Array) -> Array:
         """The multipliers nearby that are in their cones."""
@@ -57,16 +63,6 @@ class StandardForm:
             y[cone[y[cone[:, 0]] < 0]] = 0.0
             y[cone[:, 0]] = np.maximum(y[cone[:, 0]], np.linalg.norm(y[cone[:, 1:]], axis=1))
         return y
-
-    def product(self, x: Array, equation: float) -> csr_array:
-        """The matrix of Jordan's product with x in the cones; with a number in equations."""
-        first = np.arange(len(x))
-        for cone in self.cones:
-            first[cone] = cone[:, :1]
-        side = np.flatnonzero(first < np.arange(len(x)))
-        entries = np.r_[np.full(self.zero, equation), x[first[self.zero :]], x[side], x[side]]
-        at = np.r_[np.arange(len(x)), side, first[side]], np.r_[np.arange(len(x)), first[side], side]
-        return csr_array((entries, at), shape=(len(x),) * 2)
 
     @property
     def defect(self) -> float:
@@ -87,41 +83,143 @@ class StandardForm:
         value, bound = self.bounds
         return (abs(bound - self.defect - value) + self.defect) / max(abs(value), FLOOR)
 
+    def off(self, z: Array, y: Array) -> float:
+        """Largest violation of the optimality conditions: slacks, balance of the multipliers, and their work on the slacks."""
+        if not (np.isfinite(z).all() and np.isfinite(y).all()):
+            return np.inf
+        s = self.slack(z)
+        outside = [(np.linalg.norm(s[cone[:, 1:]], axis=1) - s[cone[:, 0]]).max(initial=0.0) for cone in self.cones]
+        return float(max(*outside, np.abs(s[: self.zero]).max(initial=0.0), np.abs(self.matrix.T @ y - self.objective).max(), abs(y @ s)))
+
+    def save(self, z: Array, y: Array) -> None:
+        """Put variables and multipliers into the problem."""
+        parts = [*self._variables, *self.rows]
+        for part, values in zip(parts, np.split(np.r_[z, y], np.cumsum([part.size for part in parts])[:-1]), strict=True):
+            save = part.save_value if isinstance(part, cp.Variable) else part.save_dual_value
+            save(values if isinstance(part, cp.SOC) else values.reshape(part.shape, order="F"))
+
 
 def polish(problem: cp.Problem) -> None:
-    """Bring the solution that stands in a problem closer to the exact one, by Newton's method on the conditions of an optimum.
+    """Move the solution that stands in a problem onto its active rows and cones, by Newton's method on their equations.
 
-    These are that the multipliers balance, and that their product with the slacks, Jordan's `s o y`, vanishes: near a solution no step has to know
-    which rows and cones are active. The point that breaks them and its cones least is the answer; whether it is good enough is for a residual to say.
+    Which are active is read from the ratios of multiplier to slack, which solvers leave large for active rows and cones and small for the others.
+    Where the widest gap between the ratios does not part them rightly, the next ones are tried; rows and cones that the solution contradicts change
+    sides. The answer is the point that breaks the conditions of the whole program least; whether it is good enough is for a residual to say.
     """
     form = StandardForm(problem)
-    A, z, y, best, least = form.matrix, form.z, form.admissible(form.y), (form.z, form.y), np.inf
-    for _ in range(_STEPS):
-        s = form.right - A @ z
-        by_slack, by_multiplier = form.product(s, 0.0), form.product(y, 1.0)
-        lack = np.r_[A.T @ y - form.objective, by_multiplier @ s]
-        off = float(np.abs(np.r_[lack, form.admissible(s) - s, form.admissible(y) - y]).max())
-        if off < least:
-            best, least = (z, y), off
-        if not _SOLVED < off < np.inf:
-            break
-        matrix = block_array([[None, A.T], [-by_multiplier @ A, by_slack]]).toarray()
-        rows = _sizes(matrix, axis=1)
-        matrix /= rows[:, None]
-        columns = _sizes(matrix, axis=0)
-        step = lstsq(matrix / columns, -lack / rows, cond=_NOT_UNIQUE, lapack_driver="gelsy", check_finite=False)[0] / columns
-        z, y = z + step[: len(z)], y + step[len(z) :]
-    z, y = best
-    parts = [*form.variables, *form.rows]
-    for part, values in zip(parts, np.split(np.r_[z, form.admissible(y)], np.cumsum([part.size for part in parts])[:-1]), strict=True):
-        save = part.save_value if isinstance(part, cp.Variable) else part.save_dual_value
-        save(values if isinstance(part, cp.SOC) else values.reshape(part.shape, order="F"))
+    free = null_space(form.matrix[: form.zero].toarray(), rcond=_NOT_UNIQUE) if form.zero else None
+    best = form.z, form.admissible(form.y)
+    least = form.off(*best)
+    with np.errstate(all="ignore"):  # a step of a wrong guess may go anywhere, and what it is off tells
+        for z, y in _tried(form, free):
+            y = form.admissible(y)
+            if (off := form.off(z, y)) < least:
+                best, least = (z, y), off
+            if least <= ROUNDING:
+                break
+    form.save(*best)
 
 
-def _sizes(matrix: Array, axis: int) -> Array:
-    """The largest entries of rows or columns, 1 where all are zero."""
-    largest = np.abs(matrix).max(axis=axis)
-    return np.asarray(np.where(largest > 0, largest, 1.0))
+def _tried(form: StandardForm, free: Array | None) -> Iterator[tuple[Array, Array]]:
+    """Points that the active rows and cones of different guesses make."""
+    for share in _shares(form):
+        (z, y), before = (form.z, form.y), None
+        for _ in range(_REVISIONS):
+            active = _Active(form, free, z, y, share)
+            if before is not None and active.same_as(before):
+                break
+            z, y = active.solved(z, y)
+            yield z, y
+            yield z, form.y  # where more is active than there are unknowns, the multipliers are not unique
+            before = active
+
+
+def _shares(form: StandardForm) -> list[float]:
+    """Ratios of multiplier to slack in the middle of the widest gaps between those of all rows and cones, the widest gap first."""
+    s = form.slack(form.z)
+    room, by = np.hstack([side for cone in form.cones for side in _sides(s[cone], form.y[cone])])
+    ratios = np.where(room > 0, by / np.where(room > 0, room, 1.0), np.inf)
+    powers = np.sort(np.log10(np.clip(ratios, _LEAST_RATIO, 1 / _LEAST_RATIO)))
+    return [float(10 ** powers[[k, k + 1]].mean()) for k in np.argsort(-np.diff(powers), kind="stable")[:_GAPS]]
+
+
+def _sides(s: Array, y: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Slacks and multipliers of cones, (n, d), on their boundary and at their apex."""
+    radius, slid = np.linalg.norm(s[:, 1:], axis=1), np.linalg.norm(y[:, 1:], axis=1)
+    return (s[:, 0] - radius, y[:, 0] + np.copysign(slid, y[:, 0])), (s[:, 0] + radius, y[:, 0] - slid)
+
+
+class _Active:
+    """The cones that are active at a point: at their apex, where all slacks vanish, or on their boundary."""
+
+    def __init__(self, form: StandardForm, free: Array | None, z: Array, y: Array, share: float) -> None:
+        self._form, self._free, s = form, free, form.slack(z)
+        shut, self._on = list[Integers](), list[Integers]()
+        for cone in form.cones:
+            (slack, slid), (tip, excess) = _sides(s[cone], y[cone])
+            apex = excess > share * tip
+            shut.append(cone[apex].ravel())
+            self._on += [cone[(slid > share * slack) & ~apex & s[cone[:, 1:]].any(axis=1)]] if cone.shape[1] > 1 else []
+        self._shut = np.concatenate(shut)
+
+    def same_as(self, other: "_Active") -> bool:
+        """Whether the same rows and cones are active."""
+        return all(np.array_equal(*pair) for pair in zip([self._shut, *self._on], [other._shut, *other._on], strict=True))
+
+    def _equations(self, z: Array, m: Array) -> tuple[Array, Array, Array]:
+        """Values of the active rows and cones, their gradients, and the Hessian of their sum weighted by the multipliers m, negative."""
+        form, s = self._form, self._form.slack(z)
+        values, gradients = [s[self._shut]], [-form.matrix[self._shut].toarray()]
+        hessian, at = np.zeros((len(z), len(z))), len(self._shut)
+        for cone in self._on:
+            radius = np.linalg.norm(s[cone[:, 1:]], axis=1)
+            radius = np.where(radius > 0, radius, 1.0)
+            unit = s[cone[:, 1:]] / radius[:, None]
+            sides = -form.matrix[cone[:, 1:].ravel()].toarray().reshape(*unit.shape, len(z))
+            along = np.einsum("ri,riz->rz", unit, sides)
+            values.append(s[cone[:, 0]] - radius)
+            gradients.append(-form.matrix[cone[:, 0]].toarray() - along)
+            weight = np.sqrt(np.maximum(m[at : at + len(cone)], 0.0) / radius)
+            across = ((sides - unit[:, :, None] * along[:, None]) * weight[:, None, None]).reshape(-1, len(z))
+            hessian, at = hessian + across.T @ across, at + len(cone)
+        return np.concatenate(values), np.vstack(gradients), hessian
+
+    def solved(self, z: Array, y: Array) -> tuple[Array, Array]:
+        """Variables and multipliers that solve the equations of what is active, by Newton's method from a point."""
+        form, free = self._form, self._free
+        fixed = form.matrix[: form.zero].toarray()
+        z = z + lstsq(fixed, form.right[: form.zero] - fixed @ z)[0] if form.zero else z
+        m = np.concatenate([y[self._shut], *(y[cone[:, 0]] for cone in self._on)])
+        best, least = (z, m), np.inf
+        goal = form.objective if free is None else free.T @ form.objective
+        for _ in range(_STEPS):
+            values, gradients, hessian = self._equations(z, m)
+            if free is not None:
+                gradients, hessian = gradients @ free, free.T @ hessian @ free
+            error = max(float(np.abs(goal + gradients.T @ m).max(initial=0.0)), float(np.abs(values).max(initial=0.0)))
+            if error < least:
+                best, least = (z, m), error
+            elif least <= STALLED or not np.isfinite(error):
+                break
+            if error <= _POLISHED:
+                break
+            matrix = np.block([[-hessian, gradients.T], [gradients, np.zeros((len(m), len(m)))]])
+            step = lstsq(matrix, -np.r_[goal, values], cond=_NOT_UNIQUE, lapack_driver="gelsy", check_finite=False)[0]
+            z, m = z + (step[: len(goal)] if free is None else free @ step[: len(goal)]), step[len(goal) :]
+        return best[0], self._multipliers(*best)
+
+    def _multipliers(self, z: Array, m: Array) -> Array:
+        """Multipliers of all rows from those of the active ones; those of the equations fit best."""
+        form, s, y, at = self._form, self._form.slack(z), np.zeros(len(self._form.right)), len(self._shut)
+        y[self._shut] = m[:at]
+        for cone in self._on:
+            size = m[at : at + len(cone)]
+            y[cone[:, 0]] = size
+            y[cone[:, 1:]] = -size[:, None] * s[cone[:, 1:]] / np.linalg.norm(s[cone[:, 1:]], axis=1)[:, None]
+            at += len(cone)
+        if form.zero:
+            y[: form.zero] = lstsq(form.matrix[: form.zero].toarray().T, form.objective - form.matrix.T @ y)[0]
+        return y
 
 
 def compiled(problem: cp.Problem) -> dict[str, Any]:
