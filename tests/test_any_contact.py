@@ -44,7 +44,7 @@ def test_any_uniform_stress_passes_between_any_meshes(kinds, upper, lower, seed,
     system = model.condense()
     q, p = system.bonded["load"]
     force = np.einsum("nt,nta->na", q.reshape(-1, d - 1), system.frames[:, :-1]) + p[:, None] * system.normals
-    rounding = max(1e-12, 1e-14 / (1 - 2 * nu))  # forces have that of the bulk modulus
+    rounding = max(1e-12, 1e-15 / (1 - 2 * nu))  # forces have that of the bulk modulus
     assert np.allclose(force, -system.width[:, None] * traction[:, -1], rtol=0, atol=rounding) and np.allclose(system.normals, R[:, -1])
     assert system.width.sum() == pytest.approx(2.0 ** (d - 1), abs=1e-12) and system.nodes == np.prod(np.array(upper) + 1)
     assert np.linalg.eigvalsh(system.S)[0] > -1e-13 * np.abs(system.S).max() and np.array_equal(system.S, system.S.T)

@@ -63,8 +63,10 @@ def cases():
 @pytest.mark.parametrize("ask", ASK)
 @pytest.mark.parametrize(("name", "contact", "cycle", "options", "kind", "texts"), list(cases()), ids=[name for name, *_ in cases()])
 def test_every_limit_says_its_kind_and_why(ask, name, contact, cycle, options, kind, texts, simplify, place):
-    if name == "unloaded" and place is in_space:
-        return  # without a mean load the cones have no unit
+    if name == "unloaded" and place is in_space:  # without a mean load the cones have no unit
+        with pytest.raises(fo.SolverError, match="nodes without pressure under the mean load"):
+            ask(place(contact), cycle, 0.5, simplify=simplify, **options)
+        return
     limit = ask(place(contact), cycle, 0.5, simplify=simplify, **options)
     number = limit.load_factor
     assert limit.kind is kind
