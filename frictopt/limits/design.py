@@ -190,7 +190,7 @@ class DesignModel(SafeModel):
         >>> design.preload.round(6).to_dict()
         {'bolt': 6.0}
         """
-        task = self._asked.at(friction)
+        task = self._posed(friction)
         for asked in (task, *(other for other, _ in self._others)) if task.system.tangents > 1 else ():
             if found := helpless(asked, designed=True):
                 raise ModelError(f"friction: {found[1]}: no design is safe at any load factor above 0; give friction to every node")

@@ -97,7 +97,7 @@ class GuaranteedModel(SafeModel):
         SolverError
             No solver gave an answer that passes the checks.
         """
-        own, task = listed("constraints", constraints), replace(self._asked.at(friction), simplify=False)
+        own, task = listed("constraints", constraints), replace(self._posed(friction), simplify=False)
         self._search.records.clear()
         shakedown = self._shakedown.solve(friction, own)
         if shakedown.kind is not LimitKind.NO_SAFE_SLIP and np.isnan(shakedown.least):

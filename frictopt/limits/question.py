@@ -1,6 +1,6 @@
 """A limit problem as posed: system, load cycle and friction, checked, with the units in which it is solved."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any, TypeAlias
 
@@ -92,17 +92,6 @@ class LimitQuestion:
     lift: Array | None = None
     w0: Array = field(default_factory=lambda: np.zeros((1, 0)))
     w1: Array = field(default_factory=lambda: np.zeros((1, 0)))
-
-    def at(self, friction: ArrayLike) -> "LimitQuestion":
-        """The same question for another friction, of the whole contact with all nodes closed.
-
-        Raises
-        ------
-        ModelError
-            Bad friction.
-        """
-        f = friction_coefficients(friction, self.system.nodes)
-        return replace(self, friction=f, started=perf_counter(), **units_of(f, self.q0, self.p0, self.q1, self.p1, self.AB))
 
     def states(self, load_factor: float, slip: Array) -> tuple[Array, Array, Array, Array]:
         """Slips, gaps, reactions `v, w, q, p` at corners, (K, N) or (K, N, 2), under a residual slip; open nodes leave it, and carry nothing."""

@@ -1,6 +1,7 @@
 """What the models of safe slips have in common: the expressions to extend them by, and the programs that they compile."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, TypeVar
 
 import cvxpy as cp
@@ -39,6 +40,7 @@ class SafeModel:
         self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: ArrayLike | None = None, simplify: bool = True, solver: str | None = None
     ) -> None:
         self._asked, self._solver = pose(system, cycle, 1.0, simplify=simplify, slip_bound=slip_bound), solver
+        self._posed = partial(pose, system, cycle, simplify=simplify, slip_bound=self._asked.most)  # by its friction
         solver_order(solver, LP if system.tangents == 1 else SOCP)
         self._load = cp.Parameter(nonneg=True, name="load_unit")  # or the load factor, where it is given
         shapes = {"load_factor": (), "slip": system.slip_shape, "q": self._asked.q1.shape, "p": self._asked.p1.shape}

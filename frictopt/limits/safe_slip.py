@@ -108,7 +108,7 @@ class SafeSlipModel(SafeModel):
             No solver gave an answer that passes the checks.
         """
         load_factor, own = finite_number("load_factor", load_factor, least=0.0), listed("constraints", constraints)
-        task = self._asked.at(friction)
+        task = self._posed(friction)
         task = replace(task, simplify=False) if own else task
         largest = load_factor / task.force * float(max(np.abs(task.q1).max(), np.abs(task.p1).max()))
         if largest > _MOST_CYCLIC:

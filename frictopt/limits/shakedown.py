@@ -131,12 +131,16 @@ class ShakedownModel(SafeModel):
         >>> round(limit.objective, 6)
         -0.3
         """
-        own, task, none = listed("constraints", constraints), self._asked.at(friction), (LimitKind.NO_SAFE_SLIP, ())
-        limit = self.of_set(task, own, objective)
+        own = listed("constraints", constraints)
+        return self._shown(self.of_any_set(self._posed(friction), own, objective))
+
+    def of_any_set(self, task: LimitQuestion, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> ShakedownLimit:
+        """The limit with all nodes closed; where no slip is safe then, that of those which the mean load leaves closed, if there is one."""
+        limit, none = self.of_set(task, own, objective), (LimitKind.NO_SAFE_SLIP, ())
         if (limit.kind, limit.constraints) == none and (rest := rest_under_mean(task)):  # no slip is safe, whatever constraints of the user's own ask
             opened = self.of_set(rest, own, objective)
             limit = limit if (opened.kind, opened.constraints) == none else opened
-        return self._shown(limit)
+        return limit
 
     def of_set(self, task: LimitQuestion, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> ShakedownLimit:
         """The limit with all nodes closed, or of the closed ones, see `rest_of`; maybe under constraints of the user's own, or for an objective."""
@@ -226,7 +230,8 @@ def shakedown_limit(
     >>> fo.shakedown_limit(system, cycle, friction=0.5).reason
     'no residual slip is safe above it'
     """
-    return ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver).solve(friction)
+    model = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
+    return model.of_any_set(model._posed(friction))
 
 
 def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:
