@@ -225,13 +225,17 @@ def test_less_friction_is_enough_with_the_node_that_it_leaves_open():
     S = np.array([[1.8, 0.1, -0.6, -0.6], [0.1, 1.0, 0.0, 0.5], [-0.6, 0.0, 1.5, -0.2], [-0.6, 0.5, -0.2, 1.4]])
     mean, corners = np.array([-0.1, 0.1, 1.2, 1.0]), np.array([[1.5, -0.2, -0.4, 0.2], [-0.5, 0.5, -0.2, 0.1], [-0.9, 0.4, -0.1, -0.1]])
     contact = fo.ContactSystem(S, [[0, 0], [1, 0]], {"P": mean} | {str(k): r for k, r in enumerate(corners)}, gap=[0.0, 1.2])
-    required = fo.required_friction(contact, fo.LoadCycle({"P": 1.0}, [{"0": 1.0}, {"1": 1.0}, {"2": 1.0}]), 0.2)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"0": 1.0}, {"1": 1.0}, {"2": 1.0}])
+    required = fo.required_friction(contact, cycle, 0.2)
     take = S[[0, 2]][:, [1, 3]] @ np.linalg.inv(S[[1, 3]][:, [1, 3]])
     r = (mean + 0.2 * corners) @ np.c_[[1, -take[0, 0], 0, -take[0, 1]], [0, -take[1, 0], 1, -take[1, 1]]]
     q, p = r.T[:, None] + np.multiply.outer(S[[0, 2], 0] - take @ S[[1, 3], 0], np.linspace(-1, 1, 200_001))[..., None]
     ratio = np.where(p > 0, np.abs(q) / p, np.inf).max(axis=1)
     assert required.required == pytest.approx(ratio.min(), rel=1e-4) and required.open.tolist() == [False, True]
     assert required.reason == "no residual slip is safe with a little less: see the mechanism"
+    opened, pressed = (fo.shakedown_limit(contact, cycle, f) for f in (0.25, 0.3))
+    assert pressed.load_factor < 0.1 * opened.load_factor < 0.1 * fo.separated_limit(contact, cycle, 0.3).load_factor
+    assert mean[3] < 1.2 * S[3, 3] and "residual slip alone presses node 1" in pressed.reason and "separated_limit" not in opened.reason
 
 
 def test_a_node_in_space_needs_the_radius_of_the_smallest_circle_around_its_shears():

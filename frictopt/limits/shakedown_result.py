@@ -117,12 +117,16 @@ class ShakedownLimit(Rated):
 
     @property
     def _border(self) -> str:
-        """What it says of the mesh where a node beside open ones rules, see `border`."""
+        """What it says of the node that rules: of the mesh beside open nodes, see `border`, and that without slip the node would be pulled open."""
         task = self._task
-        if task.give is None or self.kind is not LimitKind.FINITE:
+        if self.kind is not LimitKind.FINITE:
             return ""
         moved = np.where(task.closed, self._motion.size + self._motion.opening, 0.0).sum(axis=0)
-        return border(task.system, ~task.closed, int(moved.argmax()), self.reactions[1])
+        node = int(moved.argmax())
+        beside = "" if task.give is None else border(task.system, ~task.closed, node, self.reactions[1])
+        if not self._rated or task.p0[:, node].max() >= 0:
+            return beside
+        return f"{beside}; residual slip alone presses node {node}, which rules: separated_limit may find more with it open"
 
     @cached_property
     def mechanism(self) -> pd.DataFrame:
