@@ -1,7 +1,7 @@
 """Meshes and models of several contacts for the tests, turned by any angle."""
 
 import numpy as np
-from skfem import MeshHex, MeshQuad
+from skfem import Basis, ElementVector, MeshHex, MeshQuad
 
 import frictopt as fo
 
@@ -147,3 +147,12 @@ def matrices_of(model):
         "held": parts.rows[parts.free_rows == -1],
         "contact": [parts.names[number] for number in parts.contact],
     }
+
+
+def vector_field(mesh, displacement):
+    """The basis of a mesh's vector element in scikit-fem, and its degrees of freedom of displacements (d, nodes)."""
+    basis = Basis(mesh, ElementVector(mesh.elem()))
+    u, own = np.zeros(basis.N), mesh.dofs.element_dofs
+    for axis, component in enumerate(displacement):
+        u[basis.element_dofs[axis :: mesh.dim()]] = component[own]
+    return basis, u

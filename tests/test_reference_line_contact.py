@@ -29,22 +29,8 @@ def test_tractions_carry_the_load_and_respect_friction():
     for share in SHARES:
         Q0 = share * gross
         assert integral(lambda s, Q0=Q0: CONTACT.shear(s, -Q0), CONTACT.stick_half_width(Q0)) == pytest.approx(-Q0, rel=1e-8)
-        for rising, Q in [(True, 0.3 * Q0), (False, 0.3 * Q0), (True, -Q0), (False, -0.8 * Q0)]:
-            reversed_by = (Q + Q0 if rising else Q0 - Q) / 2
-            kinks = CONTACT.stick_half_width(Q0), CONTACT.stick_half_width(reversed_by)
-            total = integral(lambda s, Q0=Q0, Q=Q, rising=rising: CONTACT.shear_in_cycle(s, Q0, Q, rising=rising), *kinks)
-            assert total == pytest.approx(Q, rel=1e-8)
-            q = CONTACT.shear_in_cycle(x, Q0, Q, rising=rising)
-            assert (np.abs(q) <= CONTACT.f * CONTACT.pressure(x) * (1 + 1e-12)).all()
-            slipping = (np.abs(x) > kinks[1]) & (np.abs(x) < CONTACT.half_width)
-            assert q[slipping] == pytest.approx((1 if rising else -1) * CONTACT.f * CONTACT.pressure(x)[slipping], rel=1e-9)
-
-
-def test_a_cycle_starts_and_ends_at_the_first_loading():
-    x, Q0 = np.linspace(-1, 1, 41), 0.7 * CONTACT.f * CONTACT.P
-    ends = (CONTACT.shear_in_cycle(x, Q0, sign * Q0, rising=rising) for sign in (1, -1) for rising in (True, False))
-    for q, sign in zip(ends, (1, 1, -1, -1), strict=True):
-        assert q == pytest.approx(CONTACT.shear(x, sign * Q0), abs=1e-12)
+        q, bound = CONTACT.shear(x, Q0), CONTACT.f * CONTACT.pressure(x)
+        assert (np.abs(q) <= bound * (1 + 1e-12)).all() and np.array_equal(np.isclose(q, bound), np.abs(x) >= CONTACT.stick_half_width(Q0))
 
 
 def test_dissipation_is_friction_times_slip_integrated():

@@ -9,6 +9,12 @@ from worn import F, cylinder, on_edges, sphere, sphere_of_rings
 CONTACT = fo.reference.LineContact(P=1.0, R=1.0, E_star=4 / np.pi, f=F)
 
 
+def worn_pressure(x, Q0):
+    """Pressure within the stick zone: that of Hertz under `P - |Q0| / f`, and of a flat punch under the rest (Ciavarella 1998, Popov 2014)."""
+    root = np.sqrt(CONTACT.stick_half_width(Q0) ** 2 - x**2)
+    return CONTACT.E_star / (2 * CONTACT.R) * root + Q0 / CONTACT.f / (np.pi * root)
+
+
 @pytest.mark.parametrize(
     ("share", "depth", "place", "reach", "volume"),
     [
@@ -23,7 +29,7 @@ def test_the_closed_form_of_the_cylinder_has_the_tabled_values(share, depth, pla
     assert h.max() == pytest.approx(depth, rel=1e-8) and x[h.argmax()] == pytest.approx(place, abs=2e-4)
     assert x[h > 0].max() == pytest.approx(reach, abs=2e-6) and 2 * h.sum() * 1e-6 == pytest.approx(volume, rel=1e-6)
     inner = np.sin(np.linspace(-np.pi / 2, np.pi / 2, 20001)[1:-1]) * CONTACT.stick_half_width(share * F)
-    assert np.trapezoid(CONTACT.worn_pressure(inner, share * F), inner) == pytest.approx(1.0, rel=1e-3) and not CONTACT.worn_pressure(1.0, 0.25)
+    assert np.trapezoid(worn_pressure(inner, share * F), inner) == pytest.approx(1.0, rel=1e-3)
 
 
 def test_the_closed_form_of_the_sphere_has_the_tabled_values():
@@ -47,7 +53,7 @@ def test_the_cylinder_converges_to_the_closed_form(share, stick):
         assert end.proven and end.stick.sum() == 2 * count and np.array_equal(end.stick, np.abs(x) < CONTACT.stick_half_width(share * F))
         p = end.system.reaction({"P": 1.0, "Q": 0.0})[1] + end.system.C @ (end.state.gap - end.system.gap)
         inner = np.abs(x) < 0.8 * CONTACT.stick_half_width(share * F)
-        pressure = np.abs((p / width)[inner] / CONTACT.worn_pressure(x[inner], share * F) - 1).max()
+        pressure = np.abs((p / width)[inner] / worn_pressure(x[inner], share * F) - 1).max()
         assert p[end.stick].sum() == pytest.approx(1.0, rel=1e-9)
         errors.append([end.depth.max() / form.max() - 1, end.depth @ width / (form @ width) - 1, pressure])
     coarse, fine = np.array(errors)

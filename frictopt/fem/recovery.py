@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
-from skfem import Basis, BilinearForm, ElementVector
+from skfem import BilinearForm
 
 from ..contact.checks import Array, finite_number, frozen, shown, whole_number
 from ..contact.show import Plotted, Shown
@@ -117,21 +117,6 @@ class BodyFields(Shown, Plotted):
         """
         factor = None if scale is None else finite_number("scale", scale, least=0.0)
         return import_module("frictopt.plots.draw").draw(self, ax, "deformed", enlarged=factor)
-
-    def vector(self, body: str) -> tuple[Any, Array]:
-        """The displacement of a body as scikit-fem has it: the basis of its vector element, and the vector of its degrees of freedom.
-
-        Raises
-        ------
-        ModelError
-            An unknown body.
-        """
-        mesh = self._body(body).mesh
-        basis = Basis(mesh, ElementVector(mesh.elem()))
-        values, own = np.zeros(basis.N), mesh.dofs.element_dofs
-        for axis, component in enumerate(self.displacement[body]):
-            values[basis.element_dofs[axis :: mesh.dim()]] = component[own]
-        return basis, values
 
     def save(self, path: str | Path, body: str) -> None:
         """Write the fields of one body to a file of meshio, such as `.vtu`: displacement, stress, strain (xx, yy, zz, xy, yz, xz), von_mises.

@@ -6,7 +6,7 @@ from math import log1p, pi, sqrt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact.checks import Array, finite_array, finite_number, flag
+from ..contact.checks import Array, finite_array, finite_number
 from ..errors import ModelError
 from ._shared import poisson_ratio
 
@@ -124,18 +124,6 @@ class LineContact:
         peak = float(np.sign(Q)) * self.f * self.peak_pressure
         return peak * (_ellipse(x, a) - c / a * _ellipse(x, c))
 
-    def shear_in_cycle(self, x: ArrayLike, Q0: float, Q: float, *, rising: bool) -> Array:
-        """Shear traction q at x, length, any shape, when the shear force passes Q in a cycle between `-Q0` and `Q0 >= 0`, stress.
-
-        After a reversal the bounds are twice as far away, so the change of traction is twice that of a first loading to half the change of
-        force; `rising` says whether the force rises to `Q0` or falls.
-        """
-        Q, Q0 = finite_number("Q", Q), finite_number("Q0", Q0)
-        if self._share("Q", Q) > self._share("Q0", Q0):
-            raise ModelError(f"Q: {Q:g} is not reached; give a force between -Q0 and Q0, here Q0 = {Q0:g}")
-        sense = -1.0 if flag("rising", rising) else 1.0
-        return sense * (self.shear(x, abs(Q0)) - 2 * self.shear(x, (abs(Q0) - sense * Q) / 2))
-
     def slip(self, x: ArrayLike, Q: float) -> Array:
         """Slip v at x, length, any shape, when the shear force first reaches Q: against Q, zero for `|x| <= c`, nan outside the contact, length.
 
@@ -171,17 +159,6 @@ class LineContact:
         far = np.maximum(x, c)
         depth: Array = np.maximum(a**2 * np.arccosh(far / c) - far * np.sqrt(far**2 - c**2), 0.0) / (2 * self.R)
         return depth
-
-    def worn_pressure(self, x: ArrayLike, Q0: float) -> Array:
-        """Pressure at x, length, any shape, of the cylinder worn in: that of Hertz under `P - |Q0| / f`, and of a flat punch under the rest, stress.
-
-        Zero outside the stick zone, infinite at its edge.
-        """
-        c, x = self.stick_half_width(Q0), finite_array("x", x)
-        root = np.sqrt(np.maximum(c**2 - x**2, 0.0))
-        with np.errstate(divide="ignore"):
-            punch = abs(float(Q0)) / self.f / (pi * root)
-        return np.where(np.abs(x) <= c, self.E_star / (2 * self.R) * root + punch, 0.0)
 
     def _share(self, name: str, Q: float) -> float:
         share = abs(finite_number(name, Q)) / (self.f * self.P)

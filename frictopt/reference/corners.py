@@ -23,7 +23,7 @@ _INTERFACE = pi / 4
 class CornerMode:
     """One singular mode, stress proportional to `r ** (exponent - 1)` and displacement to `r ** exponent`, of arbitrary amplitude.
 
-    Made by `bonded_corner`: with any other exponent the faces are not free. `airy` and `stress` raise `ModelError` for distances that are not
+    Made by `bonded_corner`: with any other exponent the faces are not free. `stress` raises `ModelError` for distances that are not
     positive and values that are not real and finite.
 
     Attributes
@@ -43,10 +43,6 @@ class CornerMode:
 
     exponent: float
     symmetric: bool
-
-    def airy(self, r: ArrayLike, theta: ArrayLike) -> Array:
-        """Airy stress function `r^(l+1) F(theta)` at distance r (any length unit) and angle theta (radian), arrays that broadcast."""
-        return _distance(r) ** (self.exponent + 1) * self._angular(theta, 0)
 
     def stress(self, r: ArrayLike, theta: ArrayLike) -> tuple[Array, Array, Array]:
         """Polar stresses `(s_rr, s_tt, s_rt)`, tension positive, at distance r and angle theta (radian), arrays that broadcast."""

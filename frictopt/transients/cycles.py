@@ -7,11 +7,11 @@ from itertools import pairwise
 import numpy as np
 
 from ..contact.answers import Outcome
-from ..contact.extrapolation import SLOW, distance_left, drift_text, fixed_point, limit_of
 from ..contact.parts import parted
 from ..contact.tolerances import PERIODIC, REPEATED, RESIDUAL
 from ..errors import NoContinuation, SolverError
 from .begin import Cycle, Transient
+from .extrapolation import SLOW, distance_left, drift_text, fixed_point, limit_of
 from .judge import at_rest, slips, work_error
 
 _NEAR = 100 * PERIODIC  # the affine map is also tested where it moves by so little: other events may begin that near to the extrapolated limit

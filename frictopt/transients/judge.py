@@ -6,9 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..contact.extrapolation import distance_left
 from ..contact.tolerances import LEVEL, REPEATED, RESIDUAL, ROUNDING, SAME_STATE
 from .begin import Cycle, Transient
+from .extrapolation import distance_left
 
 # A node's pressure below this share of the mean one is too little to judge its slip by: its bounds have the error of an answer.
 _LITTLE = 100 * RESIDUAL

@@ -5,8 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from .checks import Array
-from .tolerances import PERIODIC, RESIDUAL, ROUNDING
+from ..contact.checks import Array
+from ..contact.tolerances import PERIODIC, RESIDUAL, ROUNDING
 
 _AFFINE_FIT = 1e3 * RESIDUAL  # deviation of a state from the linear map fitted to all states: the fit divides by small differences
 
