@@ -16,7 +16,7 @@ from .errors import FrictoptError, ModelError, StoreError
 
 if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
     from .contact import ContactSystem
-    from .contact.show import Table
+    from .contact.result import Table
 
 _KINDS = {"shakedown": "shakedown_limit", "guaranteed": "guaranteed_limit", "separated": "separated_limit", "onset": "onset"}
 _ROWS = 8  # of a table that is printed
@@ -167,7 +167,7 @@ def _sums(system: "ContactSystem") -> "Table":
     """The sum of the bonded reactions of each load case, zero where only rounding is left."""
     import numpy as np
 
-    from .contact.show import frame
+    from .contact.result import frame
     from .contact.tolerances import ROUNDING
 
     names = [*(["sum of q"] if system.tangents == 1 else ["sum of q1", "sum of q2"]), "sum of p", "least p", "most p"]

@@ -12,7 +12,7 @@ import pytest
 
 import frictopt as fo
 from answers import ANSWERS, ASKED, PAIR
-from frictopt.contact.show import Portable
+from frictopt.contact.result import Portable
 from frictopt.fem.recovery import BodyFields
 from systems import CYCLE, system
 

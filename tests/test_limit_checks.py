@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.contact.record import SolveRecord
+from frictopt.contact.result import SolveRecord
 from frictopt.limits import plain_limits as proofs
 from frictopt.limits.answered import Mechanism
 from frictopt.limits.critical_state import load_factor_bounds

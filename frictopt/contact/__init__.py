@@ -3,7 +3,7 @@
 from .coulomb import Verdict, friction_coefficients, referee
 from .cycle import LoadCycle
 from .onset import Onset, OnsetEvent
-from .record import Attempt, SolveRecord
+from .result import Attempt, SolveRecord
 from .state import ContactState
 from .system import ContactSystem
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from ..errors import ModelError
 from .checks import Array, finite_array, finite_number, real_array
 from .parts import joined
-from .show import Shown
+from .result import Shown
 from .system import ContactSystem, checked_system
 
 

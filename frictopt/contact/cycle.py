@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Self
 from ..errors import ModelError
 from .checks import Array, checked_loads, listed, shown
 from .history import history_corners, independent_corners
-from .show import Plotted
+from .result import Plotted
 from .system import ContactSystem, checked_system, reactions
 from .tolerances import ROUNDING
 

@@ -13,7 +13,7 @@ from .coulomb import lengths, reach
 from .cycle import LoadCycle
 from .diagnosis import unscaled_diagnosis
 from .parts import joined, parted
-from .show import Plotted, Shown, frame
+from .result import Plotted, Shown, frame
 from .state import ContactState
 from .system import ContactSystem, reactions
 from .tolerances import CONDENSATION, RESIDUAL, ROUNDING, SIMULTANEOUS

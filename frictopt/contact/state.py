@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from .checks import Array, finite_array, real_array, shown, whole_number
-from .show import Shown, components, frame
+from .result import Shown, components, frame
 from .system import ContactSystem
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from ..errors import ModelError
 from . import files
 from .checks import Array, Names, checked_contact, checked_loads, checked_overlaps, finite_array, finite_number, frozen, real_array
 from .parts import arc_length, check_order, checked_bonded, checked_frames, checked_width, compliances, joined, parted
-from .show import Plotted, Shown, frame
+from .result import Plotted, Shown, frame
 from .stiffness import check_semi_definite, in_series, overlapping, symmetrised
 from .tolerances import RIGID
 from .units import checked_units

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from ..contact import ContactSystem
 from ..contact.checks import Array, check_name, check_text, checked_loads, choice, finite_array, listed_parts, shown
 from ..contact.parts import compliances, joined, parted
-from ..contact.show import Shown
+from ..contact.result import Shown
 from ..contact.units import checked_units
 from ..errors import ModelError, ModelWarning
 from .assembly import Assembly, Load, nodes_of

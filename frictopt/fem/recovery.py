@@ -13,7 +13,7 @@ from scipy.sparse.linalg import splu
 from skfem import BilinearForm
 
 from ..contact.checks import Array, finite_number, frozen, shown, whole_number
-from ..contact.show import Plotted, Shown
+from ..contact.result import Plotted, Shown
 from ..contact.tolerances import COUNTS
 from ..errors import ModelError, ModelWarning
 from .assembly import Assembly

@@ -3,7 +3,7 @@
 from importlib import import_module
 from typing import Any
 
-from ..contact.show import Plotted
+from ..contact.result import Plotted
 
 
 class Viewed(Plotted):

@@ -11,7 +11,7 @@ from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..contact.answers import Outcome
 from ..contact.checks import Array, finite_number, finite_numbers, flag, frozen
 from ..contact.cycle import checked_cycle
-from ..contact.show import Plotted, Shown
+from ..contact.result import Plotted, Shown
 from ..contact.system import checked_system, reactions
 from ..contact.tolerances import ROUNDING
 from ..errors import ModelError, NoContinuation

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, frozen
-from ..contact.show import Plotted, Shown, frame
+from ..contact.result import Plotted, Shown, frame
 from ..contact.tolerances import LEVEL
 from ..errors import NoContinuation, SolverError
 from ..limits import shakedown_limit

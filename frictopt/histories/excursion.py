@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, checked_loads, finite_number, frozen, whole_number
-from ..contact.show import Plotted, Shown
+from ..contact.result import Plotted, Shown
 from ..errors import ModelError
 from .load_steps import LoadStep
 from .protocols import REST, TransientsAfter, first_change

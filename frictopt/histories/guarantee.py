@@ -11,7 +11,7 @@ from ..contact import ContactState, LoadCycle
 from ..contact.answers import Outcome
 from ..contact.checks import LARGEST_SEED, Array, finite_number, frozen, whole_number
 from ..contact.coulomb import lengths
-from ..contact.show import Shown
+from ..contact.result import Shown
 from ..contact.system import reactions
 from ..errors import ModelError, NoContinuation
 from ..limits import GuaranteedLimit, safe_vertices

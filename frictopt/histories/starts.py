@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import LARGEST_SEED, Array, check_text, finite_array, finite_number, finite_numbers, frozen, whole_number
-from ..contact.show import Portable
+from ..contact.result import Portable
 from ..contact.system import checked_system
 from ..contact.tolerances import ROUNDING
 from ..errors import ModelError

@@ -7,8 +7,7 @@ import pandas as pd
 
 from ..contact import ContactState, ContactSystem
 from ..contact.checks import Array, frozen
-from ..contact.record import Recorded, SolveRecord
-from ..contact.show import Plotted
+from ..contact.result import Plotted, Recorded, SolveRecord
 from ..transients import SteadyState
 
 WORN_IN = 1e-3

@@ -13,8 +13,7 @@ from ..contact.checks import Array, Booleans, finite_number, frozen, warns_of_od
 from ..contact.cycle import checked_cycle
 from ..contact.diagnosis import open_nodes
 from ..contact.parts import joined
-from ..contact.record import Recorded, SolveRecord
-from ..contact.show import Plotted, frame, places
+from ..contact.result import Plotted, Recorded, SolveRecord, frame, places
 from ..contact.system import checked_system, reactions
 from ..contact.tolerances import CONDENSATION, RESIDUAL
 from ..errors import ModelError, SolverError

@@ -12,8 +12,7 @@ from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import Array, Booleans, frozen
 from ..contact.coulomb import lengths
 from ..contact.parts import joined, parted
-from ..contact.record import WithSlip
-from ..contact.show import Plotted, components, places
+from ..contact.result import Plotted, WithSlip, components, places
 from ..contact.tolerances import RESIDUAL
 from .question import LimitQuestion
 

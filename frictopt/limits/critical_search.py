@@ -20,7 +20,7 @@ import cvxpy as cp
 import numpy as np
 
 from ..contact.checks import Array, frozen
-from ..contact.record import SolveRecord
+from ..contact.result import SolveRecord
 from ..contact.tolerances import RESIDUAL, ZERO_LOAD_FACTOR
 from ..solve.solvers import solve
 from ..solve.standard_form import StandardForm

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import checked_loads, flag, frozen, listed, shown
-from ..contact.record import SolveRecord
+from ..contact.result import SolveRecord
 from ..contact.tolerances import GROWN, RESIDUAL
 from ..errors import ModelError
 from ..solve.contradiction import contradiction, is_unbounded

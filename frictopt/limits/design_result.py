@@ -9,8 +9,7 @@ import pandas as pd
 
 from ..contact import LoadCycle
 from ..contact.checks import Array
-from ..contact.record import SolveRecord
-from ..contact.show import frame
+from ..contact.result import SolveRecord, frame
 from ..solve.explain import Units, explain
 from .answered import Answered
 from .question import LimitQuestion

@@ -11,8 +11,7 @@ import pandas as pd
 
 from ..contact.answers import LimitKind
 from ..contact.checks import Array, finite_number, frozen
-from ..contact.record import SolveRecord
-from ..contact.show import components, frame, places
+from ..contact.result import SolveRecord, components, frame, places
 from ..errors import ModelError
 from ..solve.explain import Units, explain
 from .answered import Mechanism, Rated

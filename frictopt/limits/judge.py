@@ -8,7 +8,7 @@ import numpy as np
 
 from ..contact.answers import LimitKind
 from ..contact.checks import Array
-from ..contact.record import SolveRecord
+from ..contact.result import SolveRecord
 from ..contact.tolerances import FLOOR, RESIDUAL
 from ..solve.standard_form import StandardForm
 from .answered import Answered, Mechanism

@@ -16,7 +16,7 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_array, frozen
 from ..contact.coulomb import lengths
 from ..contact.parts import joined, parted
-from ..contact.show import Plotted, Shown, components, frame, places
+from ..contact.result import Plotted, Shown, components, frame, places
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import SolverError
 from .answered import Mechanism

@@ -13,7 +13,7 @@ from ..contact.checks import Array
 from ..contact.coulomb import lengths
 from ..contact.diagnosis import growth_diagnosis
 from ..contact.parts import parted
-from ..contact.record import SolveRecord
+from ..contact.result import SolveRecord
 from ..contact.tolerances import GROWN, RESIDUAL
 from ..errors import ModelError, SolverError
 from ..solve.contradiction import contradiction, is_unbounded

@@ -10,8 +10,7 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, frozen, place
-from ..contact.record import SolveRecord
-from ..contact.show import frame
+from ..contact.result import SolveRecord, frame
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import SolverError
 from ..solve.solvers import solve

@@ -9,8 +9,7 @@ import pandas as pd
 
 from ..contact import LoadCycle
 from ..contact.checks import Array, finite_number
-from ..contact.record import Recorded, SolveRecord
-from ..contact.show import Plotted, frame
+from ..contact.result import Plotted, Recorded, SolveRecord, frame
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -9,8 +9,7 @@ import pandas as pd
 
 from ..contact.checks import Array
 from ..contact.diagnosis import unscaled_diagnosis
-from ..contact.record import SolveRecord
-from ..contact.show import frame
+from ..contact.result import SolveRecord, frame
 from ..contact.tolerances import ROUNDING
 from ..solve.explain import Units, explain
 from .answered import Answered, Mechanism

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_array, finite_number, frozen, warns_of_odd_values
-from ..contact.record import SolveRecord
+from ..contact.result import SolveRecord
 from ..solve.solvers import NoOptimum, solve
 from .friction_bounds import safe_set
 from .question import LimitQuestion, pose

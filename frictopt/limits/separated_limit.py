@@ -14,8 +14,7 @@ from ..contact.answers import LimitKind
 from ..contact.checks import Array, frozen, whole_number
 from ..contact.diagnosis import unscaled_diagnosis
 from ..contact.parts import joined
-from ..contact.record import Attempt, SolveRecord
-from ..contact.show import frame
+from ..contact.result import Attempt, SolveRecord, frame
 from ..contact.tolerances import RESIDUAL
 from ..solve.bounds import BoundStatus, bounds
 from ..solve.explain import Units, explain

@@ -12,7 +12,7 @@ import numpy as np
 from ..contact.answers import LimitKind
 from ..contact.checks import Booleans
 from ..contact.parts import joined, parted
-from ..contact.record import SolveRecord
+from ..contact.result import SolveRecord
 from ..contact.tolerances import RESIDUAL
 from ..errors import FrictoptError, SolverError
 from .answered import Mechanism

@@ -21,7 +21,7 @@ import pandas as pd
 from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import LimitKind
 from ..contact.checks import Array, listed, warns_of_odd_values
-from ..contact.record import SolveRecord
+from ..contact.result import SolveRecord
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError, SolverError
 from ..solve.solvers import solve

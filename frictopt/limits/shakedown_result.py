@@ -12,8 +12,7 @@ import pandas as pd
 from ..contact.answers import LimitKind
 from ..contact.checks import Array, finite_number, frozen
 from ..contact.diagnosis import unscaled_diagnosis
-from ..contact.record import SolveRecord
-from ..contact.show import frame
+from ..contact.result import SolveRecord, frame
 from ..errors import ModelError
 from ..solve.explain import Units, explain
 from .answered import Mechanism, Rated

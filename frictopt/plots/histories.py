@@ -6,7 +6,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 from numpy.typing import NDArray
 
 from ..contact.checks import Array
-from ..contact.show import Table
+from ..contact.result import Table
 from ..histories.damping import DampingCurve
 from ..histories.excursion import LeastExcursion
 from ..histories.protocols import REST, SLIP, UNDECIDED, LimitAfterProtocol

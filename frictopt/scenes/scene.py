@@ -8,7 +8,7 @@ import numpy as np
 
 from ..contact import ContactSystem
 from ..contact.checks import Array, finite_number, shown, whole_number
-from ..contact.show import Plotted
+from ..contact.result import Plotted
 from ..errors import ModelError
 from ..fem.elasticity import Material
 from ..fem.model import ContactModel

@@ -9,7 +9,7 @@ from typing import Protocol, TypeVar
 import cvxpy as cp
 
 from ..contact.checks import shown
-from ..contact.record import Attempt, SolveRecord
+from ..contact.result import Attempt, SolveRecord
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError, SolverError
 from .interior_point import InteriorPoint

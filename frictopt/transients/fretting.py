@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact.checks import Array, finite_array, listed
-from ..contact.show import components, frame, places
+from ..contact.result import components, frame, places
 from ..contact.tolerances import COUNTS
 from ..errors import ModelError
 from .trajectory import Trajectory

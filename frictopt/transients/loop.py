@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..contact.checks import Array
-from ..contact.show import Plotted, Shown, frame
+from ..contact.result import Plotted, Shown, frame
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -11,7 +11,7 @@ from ..contact.checks import finite_number, flag, frozen, warns_of_odd_values, w
 from ..contact.coulomb import off_law
 from ..contact.parts import parted
 from ..contact.progress import bar_of
-from ..contact.record import SolveRecord
+from ..contact.result import SolveRecord
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import NoContinuation, SolverError
 from .cycles import Run, Settled

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from ..contact import ContactState, ContactSystem, LoadCycle, Verdict, referee
 from ..contact.checks import Array, choice, frozen, whole_number
 from ..contact.parts import joined
-from ..contact.record import SolveRecord
-from ..contact.show import Plotted, Shown, components, frame, places
+from ..contact.result import Plotted, Shown, SolveRecord, components, frame, places
 from ..contact.tolerances import SIMULTANEOUS
 from ..errors import ModelError
 from .loop import LoadLoop

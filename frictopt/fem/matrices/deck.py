@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...contact.checks import Array, finite_array, frozen, shown, whole_array, whole_number
-from ...contact.show import Shown
+from ...contact.result import Shown
 from ...errors import ModelError
 from ..ordering import Integers, whole
 from .blocks import Block, blocks, elements_of, fields, members_of, number, parameters, thickness

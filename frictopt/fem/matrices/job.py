@@ -11,7 +11,7 @@ from scipy.sparse import csr_matrix
 from skfem import Mesh
 
 from ...contact.checks import Array, frozen, shown
-from ...contact.show import Shown
+from ...contact.result import Shown
 from ...errors import ModelError
 from ..given import checked_stiffness
 from ..ordering import Integers

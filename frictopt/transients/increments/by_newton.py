@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...contact.checks import Array
-from ...contact.record import SolveRecord
+from ...contact.result import SolveRecord
 from ...contact.tolerances import RESIDUAL, ROUNDING
 from ...errors import SolverError
 from ..exact.kernel import increment

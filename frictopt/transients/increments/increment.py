@@ -15,8 +15,7 @@ from ...contact import ContactSystem, friction_coefficients
 from ...contact.checks import Array, finite_array
 from ...contact.coulomb import off_law
 from ...contact.parts import joined, parted
-from ...contact.record import Recorded, SolveRecord
-from ...contact.show import components, frame
+from ...contact.result import Recorded, SolveRecord, components, frame
 from ...contact.system import checked_system
 from ...contact.tolerances import RESIDUAL
 from ...errors import ModelError, SolverError

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from ...contact import ContactSystem
 from ...contact.checks import Array, finite_number
-from ...contact.record import Attempt, SolveRecord
+from ...contact.result import Attempt, SolveRecord
 from ...contact.system import checked_plane
 from ...contact.tolerances import RESIDUAL
 from ...errors import NoContinuation, SolverError
