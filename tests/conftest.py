@@ -1,6 +1,7 @@
 import os
 import signal
 import tarfile
+from importlib import import_module
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -103,7 +104,13 @@ def quick(quick_data):
     return read
 
 
-@pytest.fixture(scope="module")
-def tables(request, quick):
-    """The quick tables, by name, of the study that a test module names as STUDY."""
-    return quick(request.module.STUDY.tables)
+@pytest.fixture(scope="session")
+def tables(quick):
+    """The quick tables of all studies, by name; each is computed or read where a test asks for it."""
+    named = {table.name: table for study in import_module("studies.__main__").STUDIES.values() for table in study.tables}
+
+    class Read(dict):
+        def __missing__(self, name):
+            return self.setdefault(name, quick([named[name]])[name])
+
+    return Read()

@@ -64,15 +64,22 @@ def parts(contact):
     return 1 if contact.contact is None else len(set(contact.contact))
 
 
-def check_ratio(ax, contact, q, p, names):
+def check_ratio(ax, contact, q, p, names, friction=F):
     for name, shear, pressure in zip(names, q, p, strict=True):
         x, ratio = joined(ax, name, parts(contact))
         assert np.array_equal(x, contact.x)
-        bound = F * pressure
-        pressed = bound > 1e-9 * F * np.abs(p).max()
+        bound = friction * pressure
+        pressed = bound > 1e-9 * friction * np.abs(p).max()
         assert np.allclose(ratio[pressed], (shear / bound)[pressed], rtol=1e-12) and np.isnan(ratio[~pressed]).all()
     assert ax.get_ylabel() == "$q / (f p)$"
     assert {line.get_ydata()[0] for line in ax.get_lines() if len(set(line.get_ydata())) == 1 and list(line.get_xdata()) == [0, 1]} >= {-1.0, 1.0}
+
+
+def check_mechanism(ax, motion):
+    """A circle on the bound of each node that moves, as large as its share."""
+    drawn = circles(ax)
+    expected = sorted(zip(motion["x"], -motion["direction"], 400 * motion["share"], strict=True))
+    assert np.allclose(sorted(map(tuple, drawn.round(9))), expected, atol=1e-6) and np.isclose(drawn[:, 2].sum(), 400)
 
 
 @ALL
@@ -98,10 +105,7 @@ def test_a_shakedown_limit_shows_the_safe_slip_and_circles_the_mechanism(contact
     mean = contact.reaction(cycle.mean)[0]
     swing = contact.reaction(cycle.corners[-1])[0]
     assert np.allclose(q[-1], mean + limit.load_factor * swing + contact.A @ limit.slip)
-    drawn, motion = circles(ax), limit.mechanism
-    assert len(drawn) == len(motion) and np.isclose(drawn[:, 2].sum(), 400)
-    expected = sorted(zip(motion["x"], -motion["direction"], 400 * motion["share"], strict=True))
-    assert np.allclose(sorted(map(tuple, drawn.round(9))), expected, atol=1e-6)
+    check_mechanism(ax, limit.mechanism)
     assert f"{limit.load_factor:.5g}" in ax.get_title() and limit.system is contact and np.allclose(limit.friction, F)
 
 

@@ -17,16 +17,9 @@ pytestmark = pytest.mark.slow
 QUESTION = ["computation", "quantity", "scene"]
 
 
-@pytest.fixture(scope="module")
-def made(quick):
-    """The tables, and what the command prints."""
-    tables = quick([*STUDY.tables, *STUDY.needs])
-    return tables["error_vs_time"], STUDY.summary(tables)
-
-
-@pytest.fixture(scope="module")
-def table(made):
-    return made[0]
+@pytest.fixture
+def table(tables):
+    return tables["error_vs_time"]
 
 
 def rows(table, computation, **equal):
@@ -127,8 +120,8 @@ def test_error_falls_with_the_square_of_the_increment(table):
     assert 1 < -np.polyfit(np.log(steps), np.log(qp["error"]), 1)[0] < 3
 
 
-def test_printed_tables_name_machine_rivals_and_who_is_ahead(made):
-    table, printed = made
+def test_printed_tables_name_machine_rivals_and_who_is_ahead(table, quick):
+    printed = STUDY.summary(quick([*STUDY.tables, *STUDY.needs]))
     assert machine() in printed and all(name in printed for name in table.attrs["rivals"])
     assert "skipped: " + (", ".join(table.attrs["absent"]) or "none") in printed
     lines = fronts(table).splitlines()

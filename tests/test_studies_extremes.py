@@ -16,15 +16,12 @@ pytestmark = pytest.mark.slow
 ADVICE = r"hold the punch|hold the body|hold it, or|lower it|bring the stiffness|take a load factor further"
 
 
-@pytest.fixture(scope="module")
-def made(quick):
-    """The quick table, and what the command prints."""
-    tables = quick(extremes.STUDY.tables)
-    return tables[extremes.EXTREMES.name], extremes.STUDY.summary(tables)
+@pytest.fixture
+def table(tables):
+    return tables[extremes.EXTREMES.name]
 
 
-def test_no_row_is_wrong_and_every_answer_has_a_small_residual(made):
-    table, _ = made
+def test_no_row_is_wrong_and_every_answer_has_a_small_residual(table):
     assert set(table["verdict"]) == {"right", "mesh", "unchecked", "refused"}
     answered = table[table["verdict"] != "refused"]
     assert answered["residual"].between(0, 1e-9).all() and (answered["solver"] != "").all() and (answered["message"] == "").all()
@@ -33,16 +30,14 @@ def test_no_row_is_wrong_and_every_answer_has_a_small_residual(made):
     assert len(right) > 0.75 * len(table)
 
 
-def test_refusals_say_what_to_do(made):
-    table, _ = made
+def test_refusals_say_what_to_do(table):
     refused = table[table["verdict"] == "refused"]
     assert 5 < len(refused) < 20
     for message in refused["message"]:
         assert re.match(r"(ModelError|NoContinuation): ", message) and re.search(ADVICE, message), message
 
 
-def test_what_theory_says_of_the_extremes(made):
-    table, _ = made
+def test_what_theory_says_of_the_extremes(table):
     near = table[(table["extreme"] == "load factor over lambda_2, less 1") & (table["question"] == "safe slip")]
     assert list(near["number"]) == [1, 1, 1, 0, 0, 0]
     poisson = table[table["extreme"] == "Poisson's ratio"].pivot(index="value", columns="question", values="error")
@@ -56,9 +51,8 @@ def test_what_theory_says_of_the_extremes(made):
     assert set(sliding["verdict"]) == {"refused"}
 
 
-def test_the_printed_table_has_a_line_for_each_extreme(made):
-    table, printed = made
-    lines = [line for line in printed.splitlines() if line.startswith("|")]
+def test_the_printed_table_has_a_line_for_each_extreme(table):
+    lines = [line for line in extremes.STUDY.summary({extremes.EXTREMES.name: table}).splitlines() if line.startswith("|")]
     assert len(lines) == 2 + table["extreme"].nunique() and len({line.count("|") for line in lines}) == 1
     wrong = lines[0].split("|").index(" wrong ")
     assert {line.split("|")[wrong].strip() for line in lines[2:]} == {"0"}

@@ -1,12 +1,10 @@
-"""The study of two joints at quick size: the rows of its tables belong together, and the safe region holds what the limits say."""
+"""Studies of joints at quick size: their reports, damping, designs and wear, against theory, other starts, statics and a formula of beams."""
 
 import numpy as np
 import pytest
 
 import frictopt as fo
-from studies import joint
-
-STUDY = joint.STUDY
+from studies import damping, joint, wear
 
 
 def test_the_report_sums_up_the_nodes(tables):
@@ -29,6 +27,97 @@ def test_friction_and_load_factor_agree(tables):
         assert limit.load_factor == pytest.approx(1.0, abs=1e-4)
 
 
-def test_the_summary_has_a_column_for_each_joint(tables):
-    head, _, *lines = joint.STUDY.summary(tables).splitlines()
+def test_the_summary_has_a_column_for_each_joint(quick):
+    head, _, *lines = joint.STUDY.summary(quick(joint.STUDY.tables)).splitlines()
     assert head.split("|")[2:4] == [" dovetail ", " press fit "] and len(lines) == 9
+
+
+@pytest.mark.parametrize("name", ["damping_backbone", "damping_friction"])
+def test_the_range_holds_the_curve_and_the_limits_hold_the_range(tables, name):
+    rows = tables[name]
+    for quantity in ("damping", "frequency"):
+        assert (rows[f"least_{quantity}"] <= rows[quantity]).all() and (rows[quantity] <= rows[f"most_{quantity}"]).all()
+    below, above = rows["load_ratio"] < rows["guaranteed_ratio"], rows["load_ratio"] > 1
+    assert below.any() == (name == "damping_backbone")
+    assert (rows.loc[below, "most_damping"] == 0).all() and np.allclose(rows.loc[below, "least_frequency"], 1.0, rtol=1e-12)
+    assert (rows.loc[~above, "least_damping"] == 0).all() and (rows.loc[above, "damping"] > 0).all()
+    assert (rows.loc[above & (rows["joint"] != "dovetail"), "least_damping"] > 0).all()  # the flanks of the dovetail lift off
+    assert (rows["guaranteed_ratio"] <= 1).all() and (rows["most_frequency"] <= 1 + 1e-12).all() and (rows["residual"] < 1e-9).all()
+
+
+def test_other_starts_lie_in_the_range(tables):
+    """Starts at random, measured by the loop of the load."""
+    system, cycle = damping.joints(damping.QUICK)["lap joint"]
+    rows = tables["damping_backbone"].query("joint == 'lap joint'")
+    rng = np.random.default_rng(3)
+    for row in rows[rows["load_ratio"] > 1].itertuples():
+        for size in (0.1, 1.0, 3.0):
+            slip = size * row.load_factor * float(system.compliance[1, 1]) * rng.normal(size=system.nodes)
+            loop = fo.steady_state(system, cycle, row.friction, row.load_factor, initial_slip=slip).loop("pull")
+            ratio = loop.area * loop.stiffness / (2 * np.pi * row.load_factor**2)
+            assert row.least_damping * (1 - 1e-6) <= ratio <= row.most_damping * (1 + 1e-6)
+
+
+def test_the_glued_lap_joint_is_a_beam_of_three_parts():
+    """Length, thickness and eccentricity of the pull, from its end on; that end is held across and free to turn."""
+    model = damping.lap(24)
+    E, nu = model.bodies["upper"].material.E, model.bodies["upper"].material.nu
+    parts = ((3.0, 0.5, 0.0), (2.0, 1.0, 0.25), (3.0, 0.5, 0.5))
+    s = np.cumsum([0.0, *(length for length, _, _ in parts)])
+    length, h, e = np.array(parts).T
+    force, EA = 0.5, E / (1 - nu**2) * h
+    EI = EA * h**2 / 12
+    turned, held = np.sum(e * np.diff(s**2) / 2 / EI), np.sum(np.diff(s**3) / 3 / EI)
+    exact = force**2 * (np.sum(length / EA) + np.sum(e**2 * length / EI) - turned**2 / held)
+    assert float(model.condense().compliance[1, 1]) == pytest.approx(exact, rel=0.1)
+
+
+def test_more_depth_and_more_shapes_never_lower_a_limit_and_gain_less_and_less(tables):
+    for _, rows in tables["design_limits"].groupby("face"):
+        gains = np.diff(rows["load_factor"]) / np.diff(rows["depth"])
+        assert (gains > 0).all() and (np.diff(gains) < 0).all()  # the largest value of a convex program is concave in its bounds
+        assert (rows["guaranteed"] <= rows["load_factor"] * (1 + 1e-9)).all()
+    free, shapes = (tables["design_limits"].query(f"face == '{face}'")["load_factor"].to_numpy() for face in ("free", "three shapes"))
+    assert free[0] == pytest.approx(shapes[0]) and (free[1:] > 1.01 * shapes[1:]).all()
+
+
+def test_the_worn_profile_digs_where_the_best_one_stays(tables):
+    faces = {face: rows for face, rows in tables["design_profiles"].groupby("face")}
+    depth = faces["worn"]["profile"].max()
+    for face in ("free", "three shapes"):
+        assert faces[face]["profile"].max() == pytest.approx(depth) and faces[face]["load_factor"].iloc[0] > faces["flat"]["load_factor"].iloc[0]
+    ends = [0, -1]
+    assert faces["worn"]["profile"].to_numpy()[ends] == pytest.approx(depth, rel=1e-3)
+    assert (faces["free"]["profile"].to_numpy()[ends] < 0.1 * depth).all()
+    assert (tables["design_relief"].groupby("friction")["load_factor"].diff().dropna() > 0).all()
+
+
+def test_the_least_forces_carry_more_than_equal_ones_and_are_convex_in_the_load(tables):
+    bolts = tables["design_bolts"]
+    assert (bolts["even"] <= bolts["load_factor"] * (1 + 1e-8)).all() and (bolts[["bolt 0", "bolt 1", "bolt 2"]] >= -1e-9).all().all()
+    assert bolts["total"].is_monotonic_increasing
+    (first, last), (low, high) = bolts["total"], bolts["load_factor"]
+    rise = (last - first) / (high - low)
+    assert bolts["price"].iloc[0] <= rise * (1 + 1e-6) and rise <= bolts["price"].iloc[1] * (1 + 1e-6)  # prices are slopes of a convex function
+
+
+def test_profiles_grow_to_the_closed_form(tables):
+    profiles = [rows for _, rows in tables["wear_profiles"].groupby("cycles")]
+    depths = np.array([rows["depth"] for rows in profiles])
+    assert not depths[0].any() and (np.diff(depths, axis=0) >= 0).all()
+    assert depths[-1].max() == pytest.approx(profiles[-1]["end"].max(), rel=0.15)
+
+
+def test_every_contact_wears_in_and_its_limit_rises_to_the_load(tables):
+    for _, rows in tables["wear_history"].groupby("contact"):
+        assert rows["work_share"].iloc[0] == 1 and rows["work_share"].iloc[-1] <= 1e-3 * rows["work_share"].max()
+    limits = tables["wear_limits"]
+    assert (limits["before"] < 1).all() and (limits["after"] > 1).all() and np.all(np.diff(limits["after"]) < 0) and limits["residual"].max() < 1e-9
+
+
+def test_the_lap_joint_loses_its_damping_and_can_bear_its_load_in_the_end(tables):
+    life = tables["wear_life"]
+    assert life["cycles"].iloc[0] == 0 and life["damping"].iloc[-1] < 0.1 * life["damping"].iloc[0] and (np.diff(life["frequency"]) < 0).all()
+    assert life["limit"].iloc[0] == pytest.approx(1 / 1.6) and (life["guaranteed"] <= life["limit"] * (1 + 1e-9)).all()
+    worn = wear.LIFE.frame(wear.Parameters(lap_elements=8, lives=(1e6,)))
+    assert worn["limit"].iloc[-1] == pytest.approx(1.0, abs=0.02) and worn["damping"].iloc[-1] < 1e-4 * worn["damping"].iloc[0]

@@ -1,17 +1,17 @@
-"""The study of limits at quick size: facts of the scene that do not depend on the stored numbers, and the origin of its tables."""
+"""Studies of limits at quick size: of the punch, its guaranteed limits, Poisson's ratio and other scenes; the origin of tables."""
 
 from dataclasses import asdict
 from importlib.metadata import version
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import frictopt as fo
-from studies import limits
+from frictopt.reference import two_node_limits
+from studies import guaranteed, limits, validity
 
 pytestmark = pytest.mark.slow
-
-STUDY = limits.STUDY
 
 
 def test_limiting_nodes_sit_on_their_bound(tables):
@@ -33,8 +33,8 @@ def test_reactions_are_those_of_the_slip_and_the_loads(tables):
         assert rows["p"].sum() == pytest.approx(2, rel=1e-9)  # the punch carries P, all forces are over P / 2
 
 
-def test_tables_say_where_they_come_from(tables):
-    for name, table in tables.items():
+def test_tables_say_where_they_come_from(quick):
+    for name, table in quick(limits.STUDY.tables).items():
         origin = table.attrs
         assert origin["table"] == name
         assert set(origin["versions"]) >= {"frictopt", "numpy", "scipy", "cvxpy", "highspy", "clarabel", "scikit-fem"}
@@ -57,3 +57,85 @@ def test_limit_goes_with_the_power_of_the_corner_element_that_theory_gives(table
     assert law["friction"].unique().tolist() == [0.2, 0.4] and len(law) == 6  # friction above the traction ratio of the bonded corner has no such law
     finest = law.groupby("friction").last()
     assert finest["exponent"].to_numpy() == pytest.approx(finest["expected"].to_numpy(), rel=0.2)
+
+
+@pytest.mark.parametrize("name", ["guaranteed_friction", "guaranteed_corner", "guaranteed_bound"])
+def test_the_guaranteed_limit_is_not_above_the_shakedown_limit(tables, name):
+    table = tables[name]
+    assert (table["guaranteed"] <= table["shakedown"]).all() and (table["guaranteed"] < 0.9 * table["shakedown"]).any()
+    assert (table["x"].isna() == (table["guaranteed"] == table["shakedown"])).all()
+    assert table.loc[table["friction"] < 0.9, "x"].abs().dropna().eq(1).all(), "the corner node is the first"
+
+
+def slacks(contact, factor, slip):
+    """(corners, senses, nodes) slack of each friction bound."""
+    (q0, p0), (q1, p1) = contact.bonded["mean"], contact.bonded["cyclic"]
+    q, p = (mean + factor * np.array([[-1.0], [1.0]]) * rate for mean, rate in ((q0 + contact.A @ slip, q1), (p0 + contact.B @ slip, p1)))
+    return np.stack([0.6 * p + q, 0.6 * p - q], axis=1)
+
+
+def test_the_plane_shows_the_limits_of_the_pair(tables):
+    table, contact = tables["guaranteed_plane"], guaranteed.pair()
+    limits = two_node_limits(contact.A, contact.B, *contact.bonded["mean"], *contact.bonded["cyclic"], 0.6)
+    by_name = table.groupby("limit")["load_factor"].first()
+    assert by_name["guaranteed limit"] == pytest.approx(limits.lambda_1, rel=1e-9)
+    assert by_name["shakedown limit"] == pytest.approx(limits.lambda_2, rel=1e-9)
+    assert table["load_factor"].nunique() == 4
+
+
+def test_lines_are_where_a_bound_is_met_and_vertices_of_the_safe_slips_on_two_of_them(tables):
+    table, contact = tables["guaranteed_plane"], guaranteed.pair()
+    for (what, factor, node, sense), rows in table[table["what"].isin(["line", "mean line"])].groupby(["what", "load_factor", "node", "sense"]):
+        assert len(rows) == 2
+        for slip in rows[["v1", "v2"]].to_numpy():
+            here = slacks(contact, factor if what == "line" else 0.0, slip)[:, 0 if sense == "forward" else 1, node]
+            assert here.min() == pytest.approx(0, abs=1e-9)
+    for factor, rows in table[table["what"] == "safe"].groupby("load_factor"):
+        for slip in rows[["v1", "v2"]].to_numpy():
+            here = slacks(contact, factor, slip)
+            assert here.min() > -1e-8 and (here.min(axis=0) < 1e-8).sum() >= 2
+
+
+def mesh(*limits):
+    return pd.DataFrame({"friction": [0.1 * k for k in range(len(limits))], "guaranteed": limits}).sample(frac=1, random_state=1)
+
+
+def test_the_jump_is_the_rise_above_all_before():
+    assert validity.jump(mesh(0.4, 0.5, 0.1, 0.0, 2.0, 2.2)) == pytest.approx((0.3, 0.4))
+    assert validity.jump(mesh(0.0, 0.0, 0.2)) == pytest.approx((0.1, 0.2))
+    assert validity.jump(mesh(0.4, 0.5, 0.1, 0.5, 0.7)) is None  # rises most from 0.1 to 0.5, and not above what was there before
+
+
+@pytest.fixture
+def of_scenes(tables):
+    return tables["scenes_limits"]
+
+
+def test_limits_do_not_fall_with_friction(of_scenes):
+    groups = of_scenes.groupby(["scene", "case", "parameter"], dropna=False)
+    assert len(groups) == 2 * 3 + 3 + 2
+    for _, rows in groups:
+        with np.errstate(invalid="ignore"):  # inf - inf
+            assert not np.any(np.diff(rows["load_factor"]) < 0)
+        assert (rows["guaranteed"] <= rows["load_factor"]).all() and (rows["residual"] < 1e-7).all()
+
+
+def test_flanks_lock_beyond_the_cotangent_alone(of_scenes):
+    rows = of_scenes[of_scenes["scene"] == "dovetail"]
+    locks = rows["friction"] * np.tan(np.radians(rows["parameter"])) > 1
+    assert locks.sum() == 6 and np.isinf(rows["load_factor"][locks]).all() and np.isfinite(rows["load_factor"][~locks]).all()
+
+
+def test_a_rotating_force_is_the_worse_one(of_scenes):
+    limits = of_scenes[of_scenes["scene"] == "pin"].pivot(index="friction", columns="case", values="load_factor")
+    assert (limits["rotating"] < limits["to and fro"]).all()
+
+
+def test_first_slip_of_the_pulled_plate(of_scenes):
+    rows = of_scenes[of_scenes["case"] == "plate"]
+    assert np.allclose(rows["onset"], 2 * rows["friction"] / (rows["friction"] + np.hypot(1, rows["friction"])), rtol=0.05)
+
+
+def test_rounder_edges_lower_the_limit(of_scenes):
+    limits = of_scenes[of_scenes["scene"] == "punch"].pivot(index="friction", columns="parameter", values="load_factor")
+    assert (limits[0.5] < limits[np.inf]).all()

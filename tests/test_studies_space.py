@@ -1,11 +1,13 @@
-"""The study of both limits in space at quick size: what theory says of them."""
+"""Studies of limits in space and of contacts that open, at quick size: what theory says of them, whatever the stored numbers are."""
 
 import numpy as np
 import pytest
 
-from studies import space
+import frictopt as fo
+from studies import separation, spatial
+from studies.space import LOADS
 
-STUDY = space.STUDY
+pytestmark = pytest.mark.slow
 
 
 def test_no_limit_is_out_of_order(tables):
@@ -29,3 +31,46 @@ def test_work_begins_between_the_limits(tables):
     assert (work["least"] <= work["work"]).all() and (work["work"] <= work["most"]).all()
     assert (work.query("ratio > 1")["least"] > 0).all() and not work.query("ratio < guaranteed")["most"].any()
     assert work.query("guaranteed < ratio < 1")["most"].any()
+
+
+def test_the_map_is_that_of_the_limit(tables):
+    maps = tables["spatial_maps"]
+    assert maps["traction_ratio"].max() <= 1 + 1e-8 and (maps["first_ratio"].fillna(0.0) <= maps["traction_ratio"]).all()
+    for load, rows in maps.groupby("load"):
+        system = fo.scenes.SquarePunch(elements=spatial.QUICK.map_elements).condense()
+        assert rows["load_factor"].iloc[0] == fo.shakedown_limit(system, LOADS[load], spatial.QUICK.map_friction).load_factor
+        assert rows["share"].sum() == pytest.approx(1.0)
+
+
+def test_more_increments_are_closer(tables):
+    for _, rows in tables["spatial_steps"].groupby("load"):
+        assert rows["error"].iloc[-1] < 0.2 and (rows["dissipation"] > 0).all()
+
+
+def test_limits_are_proven_and_the_same_in_all_units(tables):
+    proofs = tables["spatial_proofs"]
+    assert (proofs["result"] == "answer").all() and proofs["gap"].max() <= 1e-9
+    assert len(proofs) == (2 * len(spatial.QUICK.proof_ratios) + 4) * 2 * len(spatial.QUICK.proof_frictions)
+    for _, rows in proofs.groupby(["mesh", "ratio", "load", "friction"]):
+        assert np.ptp(rows["load_factor"]) <= 1e-8 * rows["load_factor"].max()
+    means = proofs[proofs["ratio"] == 1].groupby("mesh")["load_factor"].mean()
+    assert means["even"] != pytest.approx(means["uneven"], rel=1e-3)  # the meshes are two
+
+
+def test_every_row_rests_and_no_bound_or_shakedown_limit_is_passed(quick):
+    for table in quick(separation.STUDY.tables).values():
+        assert table["residual"].between(0, 1e-9).all() and table["separated"].gt(0).all()
+        assert (table["bound"] >= table["separated"]).all() and not (table["separated"] < table["shakedown"] * (1 - 1e-9)).any()
+
+
+def test_the_limit_of_the_cylinder_falls_with_its_cells(tables):
+    table = tables["separation_cylinder"]
+    assert separation.exponent(table["size"], table["separated"]) == pytest.approx(1.0, abs=0.05)
+    assert (
+        (table["separated"] < 1 - (1 - table["size"]) ** 2).all() and (table["shakedown"] <= table["separated"]).all() and (table["open"] > 0).all()
+    )
+
+
+def test_opening_adds_to_the_pin(tables):
+    pin = tables["separation_closed"].query("scene == 'pin' and friction == 0.5")
+    assert np.all(pin["rests"] > 1.15 * pin["shakedown"]) and np.all(pin["open"] == 0)
