@@ -59,16 +59,12 @@ def in_series(S: Array, own: Array, R: Array, give: Array) -> tuple[Array, Array
     F = root[:, None] * V * sizes
     y = V.T @ (R / root[:, None]) / sizes[:, None]
     free = R - F @ y  # what no strain of the bodies carries
-    factor: Array = np.linalg.qr(_falling(np.sqrt(give)[:, None] * F)).R
+    rows = np.vstack([np.sqrt(give)[:, None] * F, np.eye(F.shape[1])])
+    falling = np.argsort(-np.abs(rows).max(axis=1, initial=0.0), kind="stable")  # so the factors lose least
+    factor: Array = np.linalg.qr(rows[falling]).R
     half = np.linalg.solve(factor.T, F.T)
     pull = np.linalg.solve(factor.T, y - F.T @ (give[:, None] * free))
     return half.T @ half, free + half.T @ pull, y.T @ y + free.T @ (give[:, None] * free) - pull.T @ pull
-
-
-def _falling(F: Array) -> Array:
-    """F above the unit matrix, its rows by falling size: as the factors of `1 + F^T F` lose least."""
-    rows = np.vstack([F, np.eye(F.shape[1])])
-    return np.asarray(rows[np.argsort(-np.abs(rows).max(axis=1, initial=0.0), kind="stable")])
 
 
 def overlapping(S: Array, R: Array, L: Array, D: Array) -> tuple[Array, Array]:

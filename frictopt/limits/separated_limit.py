@@ -183,7 +183,7 @@ def _bound(task: LimitQuestion, best: ShakedownLimit | None, most_nodes: int) ->
         value, why = np.inf, ""
         if found.status is BoundStatus.INFEASIBLE:
             value, why = (np.nan, "") if best is None else (np.inf, "it is outside of what the bound covers")
-        elif found.status.has_solution and program.touches:
+        elif found.status is not BoundStatus.OPEN and program.touches:
             why = "a big-M bound is active, so there is no upper bound"
         elif found.bound < 1 - _ONE_LIMIT:
             value, why = max(found.bound * up_to, largest), "above it the mixed-integer program allows states that open and close in each cycle"

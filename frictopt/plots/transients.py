@@ -7,7 +7,6 @@ from matplotlib.axes import Axes
 
 from ..contact.checks import Array
 from ..contact.tolerances import SIMULTANEOUS
-from ..fem.ordering import Integers
 from ..histories.dissipation_range import DissipationRange
 from ..transients import LoadLoop, SteadyState, Trajectory
 from .along import label_panels, lines, lines_or_band, node_at
@@ -25,7 +24,7 @@ _MOST_LINES = 50  # cycles of which each has its own line
 @picture.register
 def _trajectory(path: Trajectory, ax: AxesArray | None = None) -> AxesArray:
     """Panels for the nodes with the most work: shear force against slip along each tangent, and last slip against the corners visited."""
-    tangents, nodes = path.system.tangents, most_work(path)
+    tangents, nodes = path.system.tangents, np.argsort(-path.work[-1], kind="stable")[:_NODES]
     *sides, below = panels = new_axes(ax, tangents + 1, (6.4, 6.4 if tangents == 1 else 8.4), common_x=False)
     per_depth = " per depth" if tangents == 1 else ""
     names = [node_at(path.system, node) for node in nodes]
@@ -110,11 +109,6 @@ def _dissipation_range(found: DissipationRange, ax: AxesArray | None = None) -> 
 def _slip_range(steady: SteadyState) -> Array:
     """(N,) slip range of the steady cycle."""
     return np.asarray(steady.fretting_table()["slip_range"])
-
-
-def most_work(path: Trajectory) -> Integers:
-    """The nodes with the most work of friction, first the one with the most."""
-    return np.argsort(-path.work[-1], kind="stable")[:_NODES]
 
 
 def loops(axes: Axes, slip: Array, force: Array, names: Sequence[str]) -> None:

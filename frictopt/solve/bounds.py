@@ -30,11 +30,6 @@ class BoundStatus(Enum):
     FOUND = "node limit of the search tree reached, and a solution is found"
     OPEN = "node limit of the search tree reached, and no solution is found"
 
-    @property
-    def has_solution(self) -> bool:
-        """Whether values stand in the variables of the problem."""
-        return self in (BoundStatus.OPTIMAL, BoundStatus.FOUND)
-
 
 @dataclass(frozen=True)
 class Bounds:

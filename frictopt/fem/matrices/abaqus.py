@@ -49,7 +49,8 @@ def read_abaqus(path: str | Path, *, deck: str | Path | None = None) -> MatrixJo
     """
     file = file_path("path", path)
     text = text_of(file, "stiffness")
-    K, labels = stiffness_of_element(text, file) if is_element(text) else _assembled(file)
+    of_element = any(line.upper().startswith(("*USER ELEMENT", "*MATRIX")) for line in map(str.strip, text.splitlines()))
+    K, labels = stiffness_of_element(text, file) if of_element else _assembled(file)
     nodes = None if deck is None else read_deck(file_path("deck", deck))
     return MatrixJob(K / (1.0 if nodes is None else nodes.thickness), labels, nodes)
 
@@ -63,11 +64,6 @@ def _assembled(file: Path) -> tuple[csr_matrix, Integers]:
     K = symmetric("stiffness", row, column, value.astype(np.float64), len(distinct))
     free = np.unique(np.concatenate([row[row != column], column[row != column]]))
     return K[free][:, free], distinct[free]
-
-
-def is_element(text: str) -> bool:
-    """Whether a file defines a user element."""
-    return any(line.upper().startswith(("*USER ELEMENT", "*MATRIX")) for line in map(str.strip, text.splitlines()))
 
 
 def stiffness_of_element(text: str, path: Path) -> tuple[csr_matrix, Integers]:
