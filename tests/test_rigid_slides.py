@@ -5,7 +5,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.limits.question import pose
-from frictopt.limits.safe_set import rigid_slides
+from frictopt.limits.rigid import rigid_slides
 
 
 @pytest.mark.parametrize("free", [0, 1, 7, 8, 9, 20, 29])

@@ -21,7 +21,8 @@ from .answered import Mechanism
 from .friction_bounds import safe_set
 from .judge import End, judged
 from .question import LimitQuestion
-from .safe_set import SafeSet, rigid_slides
+from .rigid import rigid_slides
+from .safe_set import SafeSet
 from .safe_slip import solve_margin
 from .shakedown_result import ShakedownLimit
 

@@ -14,19 +14,18 @@ from typing import Any, Self, TypeAlias
 import cvxpy as cp
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cholesky, eigh, qr
-from scipy.linalg.lapack import dpotri
 from scipy.optimize import nnls
 from scipy.sparse import csr_array
 
 from ..contact.checks import Array
 from ..contact.coulomb import lengths
-from ..contact.tolerances import RESIDUAL, RIGID
+from ..contact.tolerances import RESIDUAL
 from ..solve.explain import Units
 from .answered import Mechanism
 from .design_loads import DesignLoads
 from .own_rows import OwnRows
 from .question import LimitQuestion
+from .rigid import balanced, rigid_slides
 
 Rows: TypeAlias = Mapping[str, cp.Constraint]
 Ruling: TypeAlias = tuple[NDArray[np.intp], NDArray[np.intp]]
@@ -253,42 +252,3 @@ def ruling(constant: Array, rate: Array, load_factor: float | None = None) -> Ru
         rows.append((corner, node))
     corners, nodes = (np.concatenate(part) for part in zip(*rows, strict=True))
     return corners, nodes
-
-
-def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:
-    """Orthonormal slips that A does not resist, (t N, k), and the compliance (t N, t N) of forces that do no work on them, to slips free of them.
-
-    Each slip and each pressure counts in units of its own stiffness, so that a soft node beside stiff ones is not taken for a free one. A slip that
-    changes a pressure is resisted, however little, or S would not be positive semi-definite.
-    """
-    tangent, normal = np.split(np.sqrt(task.stiffness), [-len(task.friction)])
-    n = len(tangent)
-    scaled, pressure = task.AB[:n] / np.outer(tangent, tangent), task.AB[n:] / np.outer(normal, tangent)
-    idle = ~(scaled.any(axis=0) | (np.abs(pressure).max(axis=0) > RIGID))
-    scaled[idle, idle] = 1.0  # what nothing feels at all, such as slip across a mirror plane, is a slide by itself, so that the others stay exact
-    values, soft = eigh(scaled, subset_by_value=(-np.inf, RIGID), check_finite=False)
-    held = (values > 0) & (np.abs(pressure @ soft).max(axis=0) > RIGID)
-    share = np.where(held, 1 / np.where(held, values, 1.0), 0.0) - 1 / (1 + values)
-    factor = cholesky((scaled + soft @ soft.T).T, lower=True, overwrite_a=True, check_finite=False)  # soft slips have the stiffness 1 + value
-    compliance = np.tril(dpotri(factor, lower=1, overwrite_c=1)[0])
-    compliance += np.tril(compliance, -1).T + (soft * share) @ soft.T
-    compliance /= np.outer(tangent, tangent)
-    rigid = np.hstack([np.linalg.qr(soft[:, ~held] / tangent[:, None])[0], np.eye(len(tangent))[:, idle]])
-    compliance -= rigid @ (rigid.T @ compliance)
-    return rigid, np.asarray(compliance - (compliance @ rigid) @ rigid.T)
-
-
-def balanced(rigid: Array) -> tuple[NDArray[np.intp], Array]:
-    """Basis of the nodal tractions that do no work on rigid slips (columns; each times its unit), and the rows that its columns load.
-
-    Unit tractions at the loaded rows are balanced by forces at as many other rows as there are rigid slips.
-    """
-    count, k = rigid.shape
-    if not k:
-        return np.arange(count), np.eye(count)
-    _, _, pivots = qr(rigid.T, pivoting=True)
-    balancing, loaded = pivots[:k], np.sort(pivots[k:])
-    basis = np.zeros((count, count - k))
-    basis[loaded, np.arange(count - k)] = 1.0
-    basis[balancing] = -np.linalg.solve(rigid[balancing].T, rigid[loaded].T)
-    return loaded, basis

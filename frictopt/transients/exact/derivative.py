@@ -91,7 +91,7 @@ def return_map(path: ExactPath) -> ReturnMap:
     >>> path.start()
     >>> path.run_cycle()
     >>> return_map(path).status.shape, path.visited
-    ((2, 4), 2)
+    ((4, 4), 2)
     """
     path = path.recorded()
     n, last, before, start = path.nodes, path.state.status.copy(), path.state.u.copy(), path.state.r.copy()

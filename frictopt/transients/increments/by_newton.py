@@ -1,6 +1,8 @@
 """One friction increment by sweeps over the nodes and Newton's method: the quick way, in the plane and in space."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +16,15 @@ from .increment import FrictionIncrement, Increment, Posed, force_scale
 from .newton import State, newton
 from .programs import FrozenBoundIncrement
 
+_NEWTON = SolveRecord("NEWTON")
+_SCALES = (1.0, 10.0, 0.1, 100.0, 0.01)  # of the c and d of Newton's method, tried in this order
+
 
 class NewtonIncrement(FrictionIncrement):
     """One friction increment by Gauss-Seidel sweeps over the nodes, and by Newton's method on the projected law, which begins where they end.
 
-    The sweeps alone often reach the state to rounding; the solver of the record is "SWEEPS" then. Where Newton's method does not converge, a
-    `FrozenBoundIncrement` is asked.
+    The sweeps alone often reach the state to rounding; the solver of the record is "SWEEPS" then. Where Newton's method does not converge, it begins
+    without motion, other constants of the projection are tried, last a `FrozenBoundIncrement`.
     Where several states obey the law (above the critical friction) one of them is returned. Theory, eq. (4).
 
     Parameters
@@ -63,24 +68,32 @@ class NewtonIncrement(FrictionIncrement):
             yield u, forces, status
 
     def _solved(self, posed: Posed) -> Increment:
-        """From where sweeps end, by Newton's method; else by frozen bounds."""
+        """From where sweeps end; else from no motion, by c of nodes and of directions; last by frozen bounds."""
         state, _ = self._swept(np.zeros_like(posed.trial), posed.trial.copy())
         if state.error <= ROUNDING:
             return posed.result(state, SolveRecord("SWEEPS"), residual=state.error)
         start = state.u if np.isfinite(state.u).all() else np.zeros_like(state.u)
-        found = posed.result(newton(self.law, posed.trial, start, enough=ROUNDING), SolveRecord("NEWTON"))
-        if found.record.residual <= RESIDUAL:
-            return found
-        try:
-            return FrozenBoundIncrement(self.system, self.friction)._solved(posed)
-        except SolverError:
-            raise SolverError(
-                f"friction increment: Newton's method leaves a residual of {found.record.residual:.1e} (tolerance {RESIDUAL:g}), and convex programs "
-                "find no state either; try smaller load steps, or less friction (above the critical friction there may be no state, or several)"
-            ) from None
+        found = posed.result(newton(self.law, posed.trial, start, enough=ROUNDING), _NEWTON)
+        return found if found.record.residual <= RESIDUAL else self._otherwise(posed, found.record.residual)
 
     def _swept(self, u: Array, r: Array) -> tuple[State, Array]:
         """What sweeps make of motions u and reactions r, which they change; the reactions of the state are on the law, those beside it are exact."""
         forces, status = np.empty_like(r), np.empty(self.system.nodes, dtype=np.int8)
         error = increment(self.law.S, self.law.friction, self.law.own, self.sizes, u, r, forces, status)
         return State(u, forces, status, 0, error), r
+
+    def _otherwise(self, posed: Posed, least: float) -> Increment:
+        tangent = np.tile(self.own[:-1].mean(axis=0), (len(self.own) - 1, 1))
+        laws, still = (self.law, replace(self.law, own=np.vstack([tangent, self.own[-1]]))), np.zeros_like(posed.trial)
+        for law, scale in product(laws, _SCALES):
+            found = posed.result(newton(replace(law, own=scale * law.own), posed.trial, still), _NEWTON)
+            if found.record.residual <= RESIDUAL:
+                return found
+            least = min(least, found.record.residual)
+        try:
+            return FrozenBoundIncrement(self.system, self.friction)._solved(posed)
+        except SolverError:
+            raise SolverError(
+                f"friction increment: Newton's method leaves a residual of {least:.1e} (tolerance {RESIDUAL:g}), and convex programs find no state "
+                "either; try smaller load steps, or less friction (above the critical friction there may be no state, or several)"
+            ) from None

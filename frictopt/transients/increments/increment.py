@@ -159,13 +159,14 @@ class FrictionIncrement(ABC):
 
     def __init__(self, system: ContactSystem, friction: ArrayLike) -> None:
         self.system, self.friction = checked_system(system), friction_coefficients(friction, system.nodes)
-        own = (system.own_stiffness / system.stiffness_scale).reshape(-1, system.nodes)  # of each direction of each node
-        self.law = Law(system.S / system.stiffness_scale, self.friction, np.tile(own.max(axis=0), (len(own), 1)))
+        self.own = (system.own_stiffness / system.stiffness_scale).reshape(-1, system.nodes)
+        """(t + 1, N) dimensionless stiffness of each direction of each node."""
+        self.law = Law(system.S / system.stiffness_scale, self.friction, np.tile(self.own.max(axis=0), (len(self.own), 1)))
         """The dimensionless law, with one c and d for all directions of a node."""
         t, each = system.tangents, np.arange(system.nodes)
         blocks = self.law.S.reshape(t + 1, len(each), t + 1, len(each))[:t, each, :t, each]
-        tangent = np.maximum(np.linalg.eigvalsh(blocks)[:, -1], own[:-1].max(axis=0))
-        self.sizes = np.vstack([np.tile(tangent, (t, 1)), own[-1]])
+        tangent = np.maximum(np.linalg.eigvalsh(blocks)[:, -1], self.own[:-1].max(axis=0))
+        self.sizes = np.vstack([np.tile(tangent, (t, 1)), self.own[-1]])
         """(t + 1, N) stiffness of each node against itself, for its tangents the largest in any direction."""
 
     def solve(self, slip: ArrayLike, bonded: Sequence[ArrayLike]) -> Increment:

@@ -82,7 +82,7 @@ def counts(parameters: Parameters) -> pd.DataFrame:
     table = table.reindex([check for part in parameters.parts for check in PARTS[part]]).fillna(0.0)
     whole = table.drop(columns=["residual", "seconds"]).astype(int)
     table = table.assign(**whole).rename(columns={"answer": "answers"}).rename_axis("question").reset_index()
-    return table[["question", *_COUNTS, "residual", "seconds"]]
+    return table[["question", *_COUNTS]]
 
 
 def refusals(parameters: Parameters) -> pd.DataFrame:
@@ -114,6 +114,7 @@ _COUNTS = {
     "NoContinuation": "cases whose path ends or is not unique",
     "SolverError": "cases without an answer that passes the checks",
     "wrong": "answers that an independent one contradicts, and errors of other packages: must be 0",
+    "residual": "largest residual of an answer",
     "seconds": "time, including the independent answers",
 }
 _REFUSALS = {
