@@ -6,6 +6,7 @@ Exit codes: 0 done, 2 bad input, 3 no answer that passes the checks, 4 a file th
 import argparse
 import re
 import sys
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,7 +30,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for name, endings in (("table", WRITERS), ("picture", ())):
             if getattr(asked, name, None):
                 setattr(asked, name, output(getattr(asked, name), *endings))
-        asked.command(asked)
+        with warnings.catch_warnings():
+            warnings.showwarning = lambda message, *_: print(f"frictopt: warning: {message}", file=sys.stderr)
+            asked.command(asked)
     except KeyboardInterrupt as interrupt:
         print("frictopt: interrupted", *getattr(interrupt, "__notes__", []), sep="\n", file=sys.stderr)
         return 130

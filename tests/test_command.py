@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -63,6 +64,13 @@ def test_a_limit_is_that_of_the_function_with_its_table_and_picture(kind, capsys
     expected = found.to_frame()
     pd.testing.assert_frame_equal(pd.read_csv("limit.csv"), expected, check_dtype=False)
     assert plt.imread("limit.png").std() > 0
+
+
+def test_values_that_are_seldom_meant_are_one_line_of_warning(capsys):
+    with warnings.catch_warnings():
+        warnings.simplefilter("default")
+        assert main(["limit", "system.npz", "--friction", "40", *CORNERS]) == 0
+    assert capsys.readouterr().err == "frictopt: warning: friction: 40, above 5; give the coefficient of friction, not per cent\n"
 
 
 def test_a_history_in_a_file_is_a_load_cycle(capsys):

@@ -69,6 +69,23 @@ def test_friction_in_per_cent_and_a_load_factor_of_zero(system):
     assert len(warned(lambda: fo.safe_slip(system, CYCLE, np.full(system.nodes, 6.0), 0.0))) == 2
 
 
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda f: fo.separated_limit(SYSTEM, CYCLE, f),
+        lambda f: fo.safe_region(SYSTEM, {"P": 1.0}, ["Q", "sigma"], f),
+        lambda f: fo.dissipation_study(SYSTEM, CYCLE, [f], load_factors=[1.0]),
+        lambda f: fo.dissipation_range(SYSTEM, CYCLE, f, load_factor=1.0),
+        lambda f: fo.limit_after_protocol(SYSTEM, CYCLE, f),
+        lambda f: fo.least_excursion(SYSTEM, CYCLE, f, load_factor=1.0, excursion={"P": -0.5}),
+        lambda f: fo.damping_curve(SYSTEM, CYCLE, f, load_factors=[1.0]),
+    ],
+)
+def test_friction_in_per_cent_in_longer_questions(ask):
+    (told,) = warned(lambda: ask(30.0))
+    assert told.startswith("friction: 30, above 5")
+
+
 def test_the_package_may_ask_itself_what_it_likes():
     assert not warned(lambda: fo.required_friction(SYSTEM, CYCLE, 1.0)) and not warned(
         lambda: fo.safe_region(SYSTEM, {"P": 1.0}, ["Q", "sigma"], 0.5)

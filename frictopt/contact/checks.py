@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..errors import ModelError, ModelWarning
 
 _LARGEST = 1e150  # the square of a larger number overflows
-_OURS = "frictopt."  # rooms of the package, whose own questions are not the user's
+_OURS, _COMMAND = "frictopt.", "frictopt.__main__"  # questions of the rooms of the package are not the user's, those of its command are
 _ROUGH = 5.0  # largest coefficient of friction that is passed without a word: of dry metals it is 0.1 to 1.5, of rubber up to 4
 LARGEST_SEED = 2**63 - 1
 """Largest seed of a random choice: the largest whole number that a column of a table holds."""
@@ -197,7 +197,8 @@ def warns_of_odd_values(question: F) -> F:
 
     @wraps(question)
     def asked(*args: object, **kwargs: object) -> object:
-        if sys._getframe(1).f_globals.get("__name__", "").startswith(_OURS):
+        caller = sys._getframe(1).f_globals.get("__name__", "")
+        if caller.startswith(_OURS) and caller != _COMMAND:
             return question(*args, **kwargs)
         given = dict(zip(names, args, strict=False)) | kwargs
         with suppress(ModelError):  # what is no number is for the question to refuse

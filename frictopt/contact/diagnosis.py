@@ -143,7 +143,7 @@ def _pulls(p: Array) -> str:
     pulls = "pulls the bodies apart" if p.sum() < -CONDENSATION * np.abs(p).sum() else "does not press the bodies together"
     return (
         f"the mean load {pulls}: its normal reactions sum to {p.sum():.3g}, and compression must be positive; "
-        "turn the sign of the load, or press the contact"
+        "turn the sign of the load, or press the contact; normals of your own must point from body 2 into body 1"
     )
 
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..contact.answers import Outcome
-from ..contact.checks import Array, finite_number, finite_numbers, flag, frozen
+from ..contact.checks import Array, finite_number, finite_numbers, flag, frozen, warns_of_odd_values
 from ..contact.cycle import checked_cycle
 from ..contact.result import Plotted, Shown
 from ..contact.system import checked_system, reactions
@@ -91,6 +91,7 @@ class DampingCurve(Shown, Plotted):
         return {"load_factors": len(self.load_factor), **most} | {name: getattr(self, name) for name in names}
 
 
+@warns_of_odd_values
 def damping_curve(
     system: ContactSystem,
     cycle: LoadCycle,

@@ -12,7 +12,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
-from ..contact.checks import LARGEST_SEED, Array, finite_numbers, flag, frozen, listed, shown, whole_number
+from ..contact.checks import LARGEST_SEED, Array, finite_numbers, flag, frozen, listed, shown, warns_of_odd_values, whole_number
 from ..contact.cycle import checked_cycle
 from ..contact.progress import bar_of
 from ..contact.system import checked_system
@@ -29,6 +29,7 @@ _COLUMNS = (
 _TYPES = {"seed": "Int64", "friction_number": "int64", "family": "str", **TYPES}
 
 
+@warns_of_odd_values
 def dissipation_study(
     system: ContactSystem,
     cycle: LoadCycle,

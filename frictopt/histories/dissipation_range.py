@@ -8,7 +8,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, finite_number, frozen
+from ..contact.checks import Array, finite_number, frozen, warns_of_odd_values
 from ..contact.result import Plotted, Shown, frame
 from ..contact.tolerances import LEVEL
 from ..errors import NoContinuation, SolverError
@@ -96,6 +96,7 @@ class DissipationRange(Shown, Plotted):
         return {name: getattr(self, name) for name in ("least", "most", "transients", "residual")} | {"proven": False}
 
 
+@warns_of_odd_values
 def dissipation_range(
     system: ContactSystem,
     cycle: LoadCycle,

@@ -8,7 +8,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array, checked_loads, finite_number, frozen, whole_number
+from ..contact.checks import Array, checked_loads, finite_number, frozen, warns_of_odd_values, whole_number
 from ..contact.result import Plotted, Shown
 from ..errors import ModelError
 from .load_steps import LoadStep
@@ -66,6 +66,7 @@ class LeastExcursion(Shown, Plotted):
         return self.tried.copy()
 
 
+@warns_of_odd_values
 def least_excursion(
     system: ContactSystem,
     cycle: LoadCycle,

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..contact.answers import Outcome
-from ..contact.checks import Array, finite_array, finite_number, frozen, listed, whole_number
+from ..contact.checks import Array, finite_array, finite_number, frozen, listed, warns_of_odd_values, whole_number
 from ..contact.cycle import checked_cycle
 from ..contact.result import Plotted, Shown
 from ..contact.system import checked_system
@@ -167,6 +167,7 @@ class LimitAfterProtocol(Shown, Plotted):
         return self.tried.copy()
 
 
+@warns_of_odd_values
 def limit_after_protocol(
     system: ContactSystem,
     cycle: LoadCycle,

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem, friction_coefficients
-from ..contact.checks import Array, check_name, checked_loads, finite_number, frozen, listed
+from ..contact.checks import Array, check_name, checked_loads, finite_number, frozen, listed, warns_of_odd_values
 from ..contact.parts import joined
 from ..contact.system import checked_system
 from ..contact.tolerances import RESIDUAL, ZERO_LOAD_FACTOR
@@ -27,6 +27,7 @@ _ONE_SIDE = 10 * RESIDUAL  # a point this close to a line, over the distance of 
 _MOST_SIDES = 1000
 
 
+@warns_of_odd_values
 def safe_region(system: ContactSystem, mean: Mapping[str, float], loads: Sequence[Any], friction: Any, *, tolerance: float = 1e-3) -> SafeRegion:
     """Which amplitudes of two loads that vary independently around a mean load leave a safe residual slip.
 

@@ -89,7 +89,8 @@ class SafeSlip(Answered):
             others = f"the {self.system.nodes - opened} nodes that the mean load closes" if opened else "every node"
             return f"this slip{within} keeps {others} closed and stuck at every corner{', and the others open' * bool(opened)}"
         left = f", also with {opened} nodes open" if opened else ""
-        return f"no residual slip{within} is safe at this load factor{left} ({unscaled_diagnosis(task.system, task.cycle, task.friction)})"
+        mean = unscaled_diagnosis(task.system, task.cycle, task.friction)
+        return f"no residual slip{within} is safe at this load factor{left}; shakedown_limit says which have one; without residual slip {mean}"
 
     @cached_property
     def certificate(self) -> pd.DataFrame | None:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import LimitKind
-from ..contact.checks import Array, frozen, whole_number
+from ..contact.checks import Array, frozen, warns_of_odd_values, whole_number
 from ..contact.diagnosis import unscaled_diagnosis
 from ..contact.parts import joined
 from ..contact.result import Attempt, SolveRecord, frame
@@ -90,6 +90,7 @@ class SeparatedLimit(Answered):
         explain(title, self.problem, None, self._units, self.record.left_out, None, file, f"{self.reason}\nbound holds {self.covers}")
 
 
+@warns_of_odd_values
 def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, most_sets: int = 200, most_nodes: int = 2000) -> SeparatedLimit:
     """Largest load factor at which some nodes stay open and the others closed and stuck.
 

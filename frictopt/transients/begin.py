@@ -184,7 +184,7 @@ class Transient(ABC):
         """The forces of the reactions (M,) of a state, or the diagnosis of the mean load on the way to it, and the remedy for a free body."""
         forces = pressing(self.system, self.friction, *parted(r, self.system.tangents + 1), self.force)
         mean = f"{mean_load_diagnosis(self.system, self.cycle, self.friction)}; " if self.visited < 0 else ""
-        return f"there {forces}; {mean}hold the body by supports, or load it less"
+        return f"there {forces}; {mean}hold the body by supports, press it more, or load it less"
 
     def start(self, overload: float | None = None) -> None:
         """Follow the transient to the mean load, or from an earlier state to the end of its cycle; then through a cycle at another load factor."""
