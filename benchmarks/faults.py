@@ -399,7 +399,7 @@ FAULTS = (
     Fault("plots/limits.py", "the reserve of the pressure", "found.friction * p - lengths", "p - lengths", "plots_spatial"),
     Fault("plots/transients.py", "the artificial load is a part of the cycle", "max(0.0, path.time[0])", "max(-1.0, path.time[0])", "plots"),
     Fault("plots/transients.py", "forces for tractions", "getattr(states, name)[corners] / width", "getattr(states, name)[corners]", "plots"),
-    Fault("plots/limits.py", "sides without their mechanism", "region.mechanisms[side]", "region.mechanisms[0]", "plots_searches"),
+    Fault("plots/limits.py", "sides without their mechanism", "region.mechanisms[side]", "region.mechanisms[0]", "plots_more"),
     # studies
     Fault("studies/validation/lower_bound.py", "sign of the derived bounds", "centre, reach = -ends @ Z", "centre, reach = ends @ Z",
           "guaranteed_lower"),

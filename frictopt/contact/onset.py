@@ -132,7 +132,7 @@ class Onset(Shown, Plotted):
             return text
         if self.state is not None:
             return f"{text}; this is the onset of the contact once the mean load has settled, with {int(self.state.open.sum())} nodes open"
-        return f"{text}; the bonded contact cannot carry the mean load: its onset is undefined (ask shakedown_limit and steady_state)"
+        return f"{text}; the bonded contact cannot carry the mean load: its onset is undefined and given as 0 (ask shakedown_limit and steady_state)"
 
     @property
     def reactions(self) -> tuple[Array, Array]:
