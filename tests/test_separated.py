@@ -52,6 +52,13 @@ def test_one_node_on_a_vertical_spring_opens_and_never_slips():
     assert fo.separated_limit(sheared, CYCLE, 0.5).load_factor == pytest.approx(1.0, rel=1e-9)
 
 
+def test_an_open_node_that_presses_the_one_that_rules_is_not_taken_for_slip():
+    """The mean load pulls both nodes; open by 0.5, the first presses the second with 0.3, which slips at f p = 0.15."""
+    contact = system(np.eye(2), np.zeros((2, 2)), 0.0, [-1.0, -0.2], [0.0, 1.0], 0.0, C=[[2.0, 1.0], [1.0, 2.0]])
+    limit = fo.shakedown_limit(contact, CYCLE, 0.5)
+    assert limit.load_factor == pytest.approx(0.15) and limit.open.tolist() == [True, False] and "residual slip alone" not in limit.reason
+
+
 def test_uncoupled_nodes_rest_each_for_itself():
     q0, p0, q1, p1 = [0.1, 0.0, -0.2], [1.0, -0.5, 2.0], [0.3, 0.2, 0.5], [0.1, 0.2, -0.1]
     alone = [fo.separated_limit(system(1.0, 0.0, *(values[i] for values in (q0, p0, q1, p1)), C=[[1.0]]), CYCLE, 0.5) for i in range(3)]

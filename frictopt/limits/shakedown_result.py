@@ -116,16 +116,16 @@ class ShakedownLimit(Rated):
 
     @property
     def _border(self) -> str:
-        """What it says of the node that rules: of the mesh beside open nodes, see `border`, and that without slip the node would be pulled open."""
+        """What it says of the node that rules: of the mesh beside open nodes, see `border`, or that it would be pulled open without slip."""
         task = self._task
         if self.kind is not LimitKind.FINITE:
             return ""
         moved = np.where(task.closed, self._motion.size + self._motion.opening, 0.0).sum(axis=0)
         node = int(moved.argmax())
-        beside = "" if task.give is None else border(task.system, ~task.closed, node, self.reactions[1])
-        if not self._rated or task.p0[:, node].max() >= 0:
-            return beside
-        return f"{beside}; residual slip alone presses node {node}, which rules: separated_limit may find more with it open"
+        if task.give is not None:
+            return border(task.system, ~task.closed, node, self.reactions[1])
+        pulled = self._rated and task.p0[:, node].max() < 0
+        return f"; residual slip alone presses node {node}, which rules: separated_limit may find more with it open" if pulled else ""
 
     @cached_property
     def mechanism(self) -> pd.DataFrame:
