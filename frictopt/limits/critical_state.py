@@ -217,6 +217,7 @@ def _net_slips(v: SafeSet) -> Callable[[Array], Array]:
     follow, rigid, shape = np.zeros((rows, n)), np.zeros((rows, rows - m)), (rows // n, n, n)
     solved = -np.linalg.solve(rows_of_shear[v.loaded].T, right)
     follow[v.loaded], rigid[v.loaded], rigid[others] = solved[:, :n], solved[:, n:], np.eye(rows - m)
+    pairs = (rigid[:, :, None] * rigid[:, None]).reshape(rows, -1)
     hold = np.tile(np.maximum(task.friction * task.p0[0] / v.unit, 0.0), rows // n)[:, None]
 
     def net(total: Array) -> Array:
@@ -224,8 +225,8 @@ def _net_slips(v: SafeSet) -> Callable[[Array], Array]:
         for _ in range(_MEANS if rows > m else 0):
             size = np.linalg.norm(slips.reshape(shape), axis=0)
             weight = hold / np.tile(np.maximum(size, _NEAR * size.max() or 1.0), (shape[0], 1))
-            square = np.einsum("rk,rj,rl->jkl", rigid, weight, rigid, optimize=True)
-            slips = slips - rigid @ (np.linalg.pinv(square) @ (rigid.T @ (weight * slips)).T[..., None])[..., 0].T
+            square = (weight.T @ pairs).reshape(n, rows - m, rows - m)
+            slips = slips - rigid @ (np.linalg.pinv(square, hermitian=True) @ (rigid.T @ (weight * slips)).T[..., None])[..., 0].T
         return np.asarray(slips.reshape(shape))
 
     return net

@@ -114,5 +114,7 @@ def transformed(
     )
     form = int(rng.integers(len(forms)))
     again = forms[form]()
+    if form == 4 and (answered.open.any() or again.open.any()):
+        return again.residual, False  # which nodes the mean load opens depends on the slip before it
     same(f"{name} in form {form}", value(again), value(answered), relative=1e-7 if form != 4 else 1e-6, absolute=1e-8)
     return again.residual, True
