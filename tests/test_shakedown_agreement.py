@@ -4,6 +4,8 @@ import pytest
 
 import frictopt as fo
 from frictopt.solve import solvers as policy
+from spatial import cycle as space_cycle
+from spatial import random_contact
 from systems import CYCLE, explained, linprog_limit, random_system, stress_of
 
 
@@ -120,12 +122,13 @@ def test_the_problem_is_named_dpp_and_solved(punch, paper_cycle):
 
 
 def test_explain_prints_names_sizes_units_and_binding_rows(punch, paper_cycle):
-    text = explained(fo.shakedown_limit(punch(16), paper_cycle, 0.7))
-    printed = text
-    for part in ("load_factor", "traction", "no_backward_slip", "(DPP) yes", "unit", "rows bind", "mirror symmetry", "friction", "mechanism"):
-        assert part in printed
-    text = explained(fo.shakedown_limit(random_system(np.random.default_rng(0), 3, coupling=0.0), CYCLE, 0.4))
-    assert "closed form" in text
+    printed = explained(fo.shakedown_limit(punch(16), paper_cycle, 0.7))
+    said = ("load_factor", "traction", "no_backward_slip", "(DPP) yes", "unit", "rows bind", "mirror symmetry", "friction", "mechanism")
+    assert all(part in printed for part in (*said, "\nparameters\n"))
+    assert "closed form" in explained(fo.shakedown_limit(random_system(np.random.default_rng(0), 3, coupling=0.0), CYCLE, 0.4))
+    assert "\nparameters\n" not in explained(
+        fo.shakedown_limit(random_contact(np.random.default_rng(0), 3), space_cycle(), 0.4)
+    )  # a program of one solve has none
 
 
 def test_a_sweep_is_one_compiled_problem(punch, paper_cycle):

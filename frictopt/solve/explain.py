@@ -76,7 +76,7 @@ def _problem_lines(problem: cp.Problem, value: float | None, units: Units) -> li
     for variable in problem.variables():
         scale = f", unit {_range(units[variable.name()])}" if variable.name() in units else ""
         lines.append(f"    {variable.name():<24} {_size(variable.shape)}{_domain(variable)}{scale}")
-    lines.append("parameters")
+    lines += ["parameters"] * bool(problem.parameters())
     lines += [
         f"    {parameter.name():<24} {_size(parameter.shape)}{f', {_range(parameter.value)}' if solved else ''}" for parameter in problem.parameters()
     ]
