@@ -118,7 +118,7 @@ def least_slip(subject: Embedded) -> Answered:
     case, factor = subject.case, 1.5 * subject.answered_limit.load_factor
     limit = fo.shakedown_limit(subject.solid, case.cycle, case.friction)
     found, gap = limit.least_slip(factor), 1 - limit.load_factor / limit.bound
-    same("the bound is", found.bound, subject.answered_limit.least_slip(factor).bound, _SAME * 10 + gap)
+    same("the bound is", found.bound, subject.answered_limit.least_slip(factor).bound, _SAME * 10 + 2 * gap)  # of half the limit
     return found.residual, True
 
 
