@@ -15,7 +15,7 @@ from tqdm import tqdm
 
 import frictopt as fo
 
-from .tables import Study, Table, markdown
+from .tables import Study, Table, described, markdown
 
 _ARM, _THICKNESS = 3.0, 0.5  # of each plate beyond the overlap, over half its length
 
@@ -85,7 +85,7 @@ def _curve(name: str, joint: tuple[fo.ContactSystem, fo.LoadCycle], f: float, ra
     system, cycle = joint
     limit = fo.shakedown_limit(system, cycle, f).load_factor
     curve = fo.damping_curve(system, cycle, f, limit * np.array(ratios))
-    rows = curve.to_frame().assign(joint=name, friction=f, load_ratio=ratios, residual=curve.residual)
+    rows = curve.to_frame().filter(described(_COLUMNS)).assign(joint=name, friction=f, load_ratio=ratios, residual=curve.residual)
     rows["guaranteed_ratio"] = curve.guaranteed_limit / limit
     rows[_FREQUENCIES] /= curve.natural_frequency
     return rows

@@ -18,7 +18,7 @@ import pandas as pd
 import frictopt as fo
 
 from .paper import LOADS, force_unit, slip_unit
-from .tables import Row, Study, Table, whole_number
+from .tables import Row, Study, Table, described, whole_number
 
 
 @dataclass(frozen=True)
@@ -76,6 +76,7 @@ def runs_of(parameters: Parameters, workers: int = 1, store: str | None = None) 
             load_factor = ratio * case.limit
             starts = starts_of(parameters, case, load_factor)
             part = fo.dissipation_study(case.system, LOADS, case.friction, [load_factor], starts, executor=pool, store=store)
+            part = part.filter(described(_RUN))
             part["amplitude"] /= slip_unit(case.system)
             parts.append(part.assign(friction=case.friction, load_ratio=ratio))  # without the rounding of a division
     return pd.concat(parts, ignore_index=True)

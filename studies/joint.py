@@ -13,7 +13,7 @@ import pandas as pd
 
 import frictopt as fo
 
-from .tables import Row, Study, Table, markdown
+from .tables import Row, Study, Table, described, markdown
 
 STEEL = fo.Material(E=210e3, nu=0.3)
 
@@ -141,7 +141,7 @@ def fretting(parameters: Parameters) -> Iterator[Row]:
     """One row for each node of each joint."""
     for joint in joints(parameters):
         steady, table = _fretting(joint, joint.model.condense())
-        yield table.assign(joint=joint.name, residual=steady.residual)
+        yield table.filter(described(_NODES)).assign(joint=joint.name, residual=steady.residual)
 
 
 def regions(parameters: Parameters) -> Iterator[Row]:

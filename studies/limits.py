@@ -15,7 +15,7 @@ import frictopt as fo
 from frictopt.reference import bonded_corner, sliding_corner_exponent
 
 from .paper import LOADS, force_unit, slip_unit
-from .tables import Row, Study, Table
+from .tables import Row, Study, Table, described
 
 _BELOW = 0.95  # friction over the traction ratio of the bonded corner, near which the limit goes with no power of the mesh
 
@@ -123,7 +123,7 @@ def _mesh(scene: fo.scenes.PunchOnHalfPlane) -> dict[str, Any]:
 
 def _limits(system: fo.ContactSystem, frictions: Iterable[float]) -> pd.DataFrame:
     """Shakedown limits."""
-    return fo.ShakedownModel(system, LOADS).sweep(frictions)
+    return fo.ShakedownModel(system, LOADS).sweep(frictions).filter(described(_LIMIT))
 
 
 def _onsets(system: fo.ContactSystem, friction: float) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from tqdm import tqdm
 import frictopt as fo
 
 from .space import LOADS
-from .tables import Row, Study, Table, markdown, two_digits
+from .tables import Row, Study, Table, described, markdown, two_digits
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ def faces_at_limit(parameters: Parameters) -> Iterator[Row]:
     system = scene.condense()
     for load, cycle in tqdm(LOADS.items(), desc="faces at the limit", disable=None):
         limit = fo.shakedown_limit(system, cycle, parameters.map_friction)
-        face = limit.to_frame()
+        face = limit.to_frame().filter(described(_MAP))
         share = limit.mechanism.groupby("node")["share"].sum().reindex(range(system.nodes), fill_value=0.0)
         unit = float(system.bonded["P"][1].sum()) / (4 * scene.half_width**2) * scene.half_width / scene.block_material.E
         face = face.assign(first_ratio=limit.traction_ratios[0], slip1=face["slip1"] / unit, slip2=face["slip2"] / unit, share=share.to_numpy())

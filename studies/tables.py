@@ -78,6 +78,11 @@ def two_digits(value: float) -> str:
     return np.format_float_positional(value, precision=2, fractional=False, trim="-")
 
 
+def described(columns: Mapping[str, str]) -> list[str]:
+    """The columns that a table may take over from that of a result: its own, and the shared ones."""
+    return [*COLUMNS, *columns]
+
+
 @dataclass(frozen=True)
 class Table(Generic[P]):
     """One table of a study: how it is computed, what its columns mean, and the file that keeps it.
@@ -92,7 +97,7 @@ class Table(Generic[P]):
     about
         What a row is.
     columns
-        Column -> meaning and unit, of those that are its own; others of `COLUMNS` are kept where they are computed, and no more.
+        Column -> meaning and unit, of those that are its own; others of `COLUMNS` may stand beside them.
     full, quick
         Parameters of the two sizes.
     compute
@@ -126,15 +131,16 @@ class Table(Generic[P]):
         Raises
         ------
         ValueError
-            One of its own columns is not computed.
+            One of its own columns is not computed, or one is computed that nothing describes.
         """
         found = self.compute(parameters, **options)
         if not isinstance(found, pd.DataFrame):
             rows = list(found)
             found = pd.concat(rows) if isinstance(rows[0], pd.DataFrame) else pd.DataFrame(rows)
-        if missing := set(self.columns) - set(found.columns):
-            raise ValueError(f"table {self.name}: computed columns {list(found.columns)} lack the described ones {sorted(missing)}")
-        return found.reset_index(drop=True)[[name for name in found.columns if name in self._meanings]]
+        missing, more = set(self.columns) - set(found.columns), set(found.columns) - set(self._meanings)
+        if missing or more:
+            raise ValueError(f"table {self.name}: described columns {sorted(missing)} are not computed, computed ones {sorted(more)} not described")
+        return found.reset_index(drop=True)
 
     def make(self, parameters: P, folder: Path, **options: Any) -> pd.DataFrame:
         """Compute the table and write it."""

@@ -16,7 +16,7 @@ import frictopt as fo
 
 from .damping import lap
 from .paper import LOADS
-from .tables import Row, Study, Table, markdown, two_digits
+from .tables import Row, Study, Table, described, markdown, two_digits
 
 _FRICTION, _COEFFICIENT = 0.5, 1e-3
 _ABOVE = 1.6  # load of the lap joint, over its shakedown limit before wear
@@ -69,7 +69,8 @@ def histories(parameters: Parameters) -> Iterator[Row]:
     for name, contact, cycle, load_factor in [*asked, ("rounded punch", punch, LOADS, above)]:
         history = fo.wear(contact, cycle, _FRICTION, load_factor, coefficient=_COEFFICIENT)
         table = history.to_frame()
-        yield table.assign(contact=name, work_share=table["work"] / table["work"][0], residual=history.residual)
+        shares = table["work"] / table["work"][0]
+        yield table.filter(described(_HISTORY_COLUMNS)).assign(contact=name, work_share=shares, residual=history.residual)
 
 
 def limits(parameters: Parameters) -> Iterator[Row]:

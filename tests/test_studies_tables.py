@@ -130,8 +130,11 @@ def test_every_row_of_a_study_was_checked(quick, name):
         assert table["residual"].between(0, 1e-9).all()
 
 
-def test_columns_must_be_described(counted, tmp_path):
+@pytest.mark.parametrize(
+    ("columns", "error"), [({"square": "", "cube": ""}, r"\['cube'\] are not computed"), ({}, r"computed ones \['square'\] not described")]
+)
+def test_columns_must_be_described_and_computed(counted, tmp_path, columns, error):
     table, _ = counted
-    with pytest.raises(ValueError, match=r"squares: computed columns \['square'\]"):
-        replace(table, columns={"square": "number", "cube": "number"}).make(Count(), tmp_path)
+    with pytest.raises(ValueError, match=f"squares: .*{error}"):
+        replace(table, columns=columns).make(Count(), tmp_path)
     assert not list(tmp_path.iterdir())
