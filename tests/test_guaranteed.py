@@ -102,7 +102,7 @@ def test_the_papers_scene_on_a_coarse_mesh(punch, paper_cycle, simplify):
     assert [limit.load_factor / 2 for limit in limits.values()] == pytest.approx(list(COARSE.values()), rel=1e-3)
     for friction, limit in limits.items():
         check(limit, punch(16), paper_cycle, friction)
-        assert limit.node in (0, 16)
+        assert limit.node in (0, 16) and "open and close" not in limit.reason
         if simplify:
             assert "7 of 17" in limit.record.left_out[0] and "8 of 17" in limit.record.left_out[1]
         else:

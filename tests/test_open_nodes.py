@@ -157,6 +157,15 @@ def test_transients_verify_a_guaranteed_limit_with_open_nodes(seed):
     assert check.dies_out and not check.undecided and check.residual <= 1e-9 and set(check.runs["start"]) == {"witness", "moved witness", "random"}
 
 
+@pytest.mark.parametrize("seed", [14, 15])
+def test_starts_from_which_nodes_open_and_close_slip_for_ever_below_a_guaranteed_limit(seed):
+    rng = np.random.default_rng(seed)
+    contact, friction = pulled_system(rng, int(rng.integers(2, 7))), float(rng.uniform(0.1, 1.0))
+    limit = fo.guaranteed_limit(contact, CYCLE, friction)
+    assert not limit.verify(starts=60, moved=1).dies_out
+    assert limit.reason.endswith("starts from which nodes open and close in every cycle may slip for ever below it")
+
+
 @pytest.mark.parametrize("seed", [1, 17])
 def test_no_set_that_differs_by_a_node_that_rules_is_better_than_a_separated_limit(seed):
     contact, cycle, limit = open_in_space(seed, nodes=9)

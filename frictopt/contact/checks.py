@@ -202,12 +202,14 @@ def warns_of_odd_values(question: F) -> F:
             return question(*args, **kwargs)
         given = dict(zip(names, args, strict=False)) | kwargs
         with suppress(ModelError):  # what is no number is for the question to refuse
-            friction = float(real_array("friction", given.get("friction", 0.0)).max(initial=0.0))
+            many = given.get("frictions", [given.get("friction", 0.0)])
+            asked_for = many if isinstance(many, Sequence | np.ndarray) else []  # others may be used up by looking at them
+            friction = max((float(real_array("friction", one).max(initial=0.0)) for one in asked_for), default=0.0)
             if friction > _ROUGH:
                 text = f"friction: {friction:g}, above {_ROUGH:g}; give the coefficient of friction, not per cent"
                 warnings.warn(text, ModelWarning, stacklevel=2)
         load_factor = given.get("load_factor")
-        if isinstance(load_factor, Real) and load_factor == 0 and getattr(given.get("cycle"), "fixed", None) is None:
+        if isinstance(load_factor, Real) and load_factor == 0 and getattr(given.get("cycle"), "fixed", ()) is None:
             text = "load_factor: 0; the corners of the cycle carry no load then, only the mean load acts"
             warnings.warn(text, ModelWarning, stacklevel=2)
         return question(*args, **kwargs)

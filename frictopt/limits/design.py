@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import checked_loads, flag, frozen, listed, shown
+from ..contact.checks import checked_loads, flag, frozen, listed, shown, warns_of_odd_values
 from ..contact.result import SolveRecord
 from ..contact.tolerances import GROWN, RESIDUAL
 from ..errors import ModelError
@@ -50,7 +50,8 @@ class DesignModel(SafeModel):
     """Preloads, fit and profile of a contact as unknowns beside its residual slip, for constraints and objectives of your own.
 
     Reactions are linear in them, so the best design is the same convex program as the shakedown limit, with the same proof. Residual slips are any
-    that the constraints admit; all nodes are kept closed. Not for use by several threads at once: give each its own. Theory, eq. (32).
+    that the constraints admit; all nodes are kept closed, so the best design may carry less than `shakedown_limit` finds for the same contact without
+    one, where nodes stay open under the mean load. Not for use by several threads at once: give each its own. Theory, eq. (32).
 
     Parameters
     ----------
@@ -156,6 +157,7 @@ class DesignModel(SafeModel):
         parts = ((self.preload, values[:count]), (self.profile, values[count:]))
         return super()._meant(v) | {part: expression for part, expression in parts if part is not None}
 
+    @warns_of_odd_values
     def solve(self, friction: ArrayLike, constraints: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> Design:
         """The design with the largest load factor, or the largest objective, under constraints of your own.
 

@@ -79,6 +79,7 @@ class GuaranteedModel(SafeModel):
         self.slip, self.load_factor, self.q, self.p = (getattr(self._shakedown, name) for name in ("slip", "load_factor", "q", "p"))
         self._search = CriticalSearch(solver)
 
+    @warns_of_odd_values
     def solve(self, friction: Any, constraints: Sequence[cp.Constraint] = ()) -> GuaranteedLimit:
         """The limit for a coefficient of friction, one or one per node, under constraints of your own.
 
@@ -97,9 +98,12 @@ class GuaranteedModel(SafeModel):
         SolverError
             No solver gave an answer that passes the checks.
         """
-        own, task = listed("constraints", constraints), replace(self._posed(friction), simplify=False)
+        return self._shown(self.of_any_set(self._posed(friction), listed("constraints", constraints)))
+
+    def of_any_set(self, task: LimitQuestion, own: Sequence[cp.Constraint] = ()) -> GuaranteedLimit:
+        """The limit with all nodes closed, or of those which the mean load leaves closed, as the shakedown limit is."""
         self._search.records.clear()
-        shakedown = self._shakedown.solve(friction, own)
+        shakedown, task = self._shakedown.of_any_set(task, own), replace(task, simplify=False)
         if shakedown.kind is not LimitKind.NO_SAFE_SLIP and np.isnan(shakedown.least):
             raise SolverError(f"guaranteed limit: {shakedown.reason}")
         task = rest_of(task, shakedown.open) or task if shakedown.open.any() else task
@@ -155,7 +159,7 @@ class GuaranteedModel(SafeModel):
                 _, slip, motion = on_whole(rest, best.slip, motion)
                 best = replace(best, state=replace(best.state, node=int(np.flatnonzero(closed)[best.state.node])), slip=slip, above=above)
         program, records = None if best is None else best.program, [shakedown.record, *self._search.records]
-        limit = GuaranteedLimit(
+        return GuaranteedLimit(
             load_factor=shakedown.load_factor if best is None else best.load_factor,
             kind=shakedown.kind if best is None else LimitKind.FINITE,
             reason=reason(shakedown, best, uncoupled, coincide),
@@ -180,7 +184,6 @@ class GuaranteedModel(SafeModel):
             _units=shakedown._units if program is None else program.units,
             _above=None if best is None else best.above,
         )
-        return self._shown(limit)
 
 
 @warns_of_odd_values
@@ -242,4 +245,5 @@ def guaranteed_limit(
     >>> round(limit.load_factor, 6), limit.reason
     (0.45, 'node 0 is on its bound of forward slip at the corner (Q = -1) and of backward slip at (Q = +1)')
     """
-    return GuaranteedModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver).solve(friction)
+    model = GuaranteedModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
+    return model.of_any_set(model._posed(friction))

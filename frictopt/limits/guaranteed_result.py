@@ -20,6 +20,7 @@ from .question import LimitQuestion
 from .shakedown_result import ShakedownLimit
 
 IMAGE, ONE_CORNER, NOT_NEEDED, OPEN = "mirror image", "one corner alone rules", "not needed", "open"
+_LIFTING = "; starts from which nodes open and close in every cycle may slip for ever below it"
 _LEFT_OUT = {
     NOT_NEEDED: "need no program: lambda_1 is lambda_2, for the contact is uncoupled (B = 0) or no load factors lie between",
     LEFT_OUT: "cannot be critical below the limit, by a lower bound",
@@ -40,7 +41,8 @@ class GuaranteedLimit(Rated):
         or nan where lambda_2 is. A node that is critical at the least safe load factor (at 0 it carries nothing) counts only if it can be above it
         too; then the limit is `least`.
     kind, reason
-        Whether it is finite, and why it is what it is in words.
+        Whether it is finite, and why it is what it is in words. Where nodes are open, or loads open one that no slip presses, it says that starts
+        from which nodes open and close in every cycle may slip for ever below the limit.
     proven
         Whether it is a theorem that slip stops from every start at load factors between `least` and the limit: for uncoupled contacts (Klarbring,
         Ciavarella & Barber 2007), and where nothing is safe. Otherwise the limit is an upper bound of the load factor up to which that holds.
@@ -220,7 +222,13 @@ class GuaranteedLimit(Rated):
 
 
 def reason(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, coincide: int) -> str:
-    """Why the limit is what it is, in words."""
+    """Why the limit is what it is, and what it leaves open, in words."""
+    task, limit = shakedown._task, shakedown.load_factor if best is None else best.load_factor
+    may_lift = not uncoupled and shakedown.least < limit < np.inf and (shakedown.open.any() or (task.p0 + limit * task.p1).min() < 0)
+    return _why(shakedown, best, uncoupled, coincide) + _LIFTING * bool(may_lift)
+
+
+def _why(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, coincide: int) -> str:
     least = shakedown.least
     alone = f"; {coincide} nodes are critical at the least safe load factor {least:.6g} alone, and this does not cause slip" if coincide else ""
     under = f" (slips obey {', '.join(shakedown.constraints)})" if shakedown.constraints else ""

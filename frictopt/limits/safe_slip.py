@@ -87,6 +87,7 @@ class SafeSlipModel(SafeModel):
     def _meant(self, v: SafeSet) -> dict[cp.Variable, cp.Expression]:
         return {**super()._meant(v), self.margin: v.margin}
 
+    @warns_of_odd_values
     def solve(self, friction: ArrayLike, load_factor: float, constraints: Sequence[cp.Constraint] = ()) -> SafeSlip:
         """The residual slip with the largest reserve at every node and corner of the cycle, under constraints of your own.
 
@@ -107,8 +108,12 @@ class SafeSlipModel(SafeModel):
         SolverError
             No solver gave an answer that passes the checks.
         """
-        load_factor, own = finite_number("load_factor", load_factor, least=0.0), listed("constraints", constraints)
-        task = self._posed(friction)
+        safe = self.of_any_set(self._posed(friction), load_factor, listed("constraints", constraints))
+        return self._shown(safe, margin=safe.margin)
+
+    def of_any_set(self, task: LimitQuestion, load_factor: float, own: Sequence[cp.Constraint] = ()) -> SafeSlip:
+        """The slip with all nodes closed; where none is safe then at any load factor, that of those which the mean load leaves closed."""
+        load_factor = finite_number("load_factor", load_factor, least=0.0)
         task = replace(task, simplify=False) if own else task
         largest = load_factor / task.force * float(max(np.abs(task.q1).max(), np.abs(task.p1).max()))
         if largest > _MOST_CYCLIC:
@@ -125,7 +130,7 @@ class SafeSlipModel(SafeModel):
         if safe is None or not safe.exists:
             rest = None if self._closed_somewhere(task) else rest_under_mean(task)
             safe = safe_of(rest) if rest else safe or safe_of(task)
-        return self._shown(safe, margin=safe.margin)
+        return safe
 
     def _closed_somewhere(self, task: LimitQuestion) -> bool:
         """Whether some slip is safe with all nodes closed at some load factor; it is taken to be so where that cannot be told."""
@@ -186,7 +191,8 @@ def safe_slip(
     >>> fo.safe_slip(system, cycle, friction=0.5, load_factor=0.9).exists
     False
     """
-    return SafeSlipModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver).solve(friction, load_factor)
+    model = SafeSlipModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
+    return model.of_any_set(model._posed(friction), load_factor)
 
 
 def solve_margin(task: LimitQuestion, load_factor: float | None, solver: str | None, program: SafeSet | None = None) -> SafeSlip:

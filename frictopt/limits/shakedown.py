@@ -94,6 +94,7 @@ class ShakedownModel(SafeModel):
     0.502381
     """
 
+    @warns_of_odd_values
     def solve(self, friction: Any, constraints: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> ShakedownLimit:
         """The limit for a coefficient of friction, one or one per node, under constraints of your own, or the slip that your objective chooses.
 
@@ -169,6 +170,7 @@ class ShakedownModel(SafeModel):
             v.load_factor.save_value(np.array(limit.load_factor / v.task.load_unit))
         return limit
 
+    @warns_of_odd_values
     def sweep(self, frictions: Any, constraints: Sequence[cp.Constraint] = ()) -> pd.DataFrame:
         """The limit for many coefficients of friction (each one number or (N,)), one row each, under constraints of your own as in `solve`.
 
