@@ -13,13 +13,11 @@ from .fem.condense import condense
 from .fem.contacts import Contact, Interference
 from .fem.elasticity import Material
 from .fem.loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
-from .fem.matrices.abaqus import read_abaqus
-from .fem.matrices.ansys import read_ansys
-from .fem.matrices.calculix import read_calculix
+from .fem.matrices.ansys_nastran import read_ansys, read_nastran
+from .fem.matrices.calculix_abaqus import read_abaqus, read_calculix
 from .fem.matrices.job import MatrixJob
 from .fem.matrices.meshes import read_mesh
 from .fem.matrices.modes import modal_load
-from .fem.matrices.nastran import read_nastran
 from .fem.model import ContactModel
 from .fem.paraview import write_paraview
 from .histories import results, starts

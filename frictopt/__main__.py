@@ -93,7 +93,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _look(asked: argparse.Namespace) -> None:
     if Path(asked.file).suffix == ".inp":
-        from .fem.matrices.calculix import read_calculix
+        from .fem.matrices.calculix_abaqus import read_calculix
 
         job = read_calculix(Path(asked.file).with_suffix(""))
         print(job, *(f"faces that match: {len(pairs)} pairs" for pairs in job.matching_faces()), sep="\n")
@@ -109,7 +109,7 @@ def _look(asked: argparse.Namespace) -> None:
 
 def _condense(asked: argparse.Namespace) -> None:
     from .fem.condense import condense
-    from .fem.matrices.calculix import read_calculix
+    from .fem.matrices.calculix_abaqus import read_calculix
 
     job = read_calculix(Path(asked.job).with_suffix(""))
     loads: dict[str, Any] = {}

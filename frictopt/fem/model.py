@@ -16,15 +16,14 @@ from ..contact.parts import compliances, joined, parted
 from ..contact.result import Shown
 from ..contact.units import checked_units
 from ..errors import ModelError, ModelWarning
-from .assembly import Assembly, Load, nodes_of
+from .assembly import Assembly, Load
 from .bodies import Body, Support
 from .bolts import BoltPreload
 from .condense import condensed
 from .contacts import Contact
 from .elasticity import KINEMATICS, Kinematics
 from .interface import check_course
-from .loads import Expansion, Pressure, Traction
-from .ordering import Integers
+from .loads import Expansion
 from .recovery import BodyFields, Recovery, body_fields, warn_of_open_nodes
 from .rigid import node_graph
 from .viewed import Viewed
@@ -217,23 +216,6 @@ class ContactModel(Shown, Viewed):
             warn_of_open_nodes(w, r, float(np.abs(u).max()))
         u = parts.tied @ (R @ u + D @ force)
         return body_fields(parts, u, expansions, parted(r, d), (v, w), self.units)
-
-    @property
-    def held_nodes(self) -> tuple[Integers, ...]:
-        """Numbers of the nodes that each support holds, in the mesh of its body."""
-        return tuple(nodes_of(self.bodies[support.body], support) for support in self.supports)
-
-    @property
-    def surface_loads(self) -> tuple[tuple[str, str, Integers, Array], ...]:
-        """Tractions and pressures of all load cases, one after the other: load case, body, numbers of its loaded nodes, (d, nodes) forces on them."""
-        found = []
-        for case, parts in self.loads.items():
-            for part in parts:
-                if isinstance(part, Traction | Pressure):
-                    body = self.bodies[part.body]
-                    nodes = body.boundary_nodes(part.boundary, f"loads[{case!r}]")
-                    found.append((case, part.body, nodes, part._forces(body, self._parts.kinematics)[:, nodes]))
-        return tuple(found)
 
     def _answer(self) -> Mapping[str, object]:
         counts = np.bincount(self._parts.contact, minlength=len(self.contacts)).tolist()

@@ -11,6 +11,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from ..contact.checks import Array
+from ..fem.assembly import nodes_of
 from ..fem.bodies import Body
 from ..fem.loads import Pressure, Traction
 from ..fem.model import ContactModel
@@ -166,8 +167,9 @@ def _faces(axes: AnyAxes, mesh: Mesh, facets: Integers, **look: Any) -> Poly3DCo
 
 def _supports(axes: AnyAxes, model: ContactModel) -> None:
     named: set[str] = set()
-    for support, nodes in zip(model.supports, model.held_nodes, strict=True):
-        points = model.bodies[support.body].mesh.p[:, nodes]
+    for support in model.supports:
+        body = model.bodies[support.body]
+        points = body.mesh.p[:, nodes_of(body, support)]
         chosen = points[:, spread(points, _MOST_MARKS[len(points) - 2])]
         held = support.directions or "xyz"[: len(points)]
         marker = "s" if len(held) == len(points) else {"x": ">", "y": "^", "z": "v"}.get(held, "D")
@@ -179,10 +181,14 @@ def _supports(axes: AnyAxes, model: ContactModel) -> None:
 
 def _load(axes: AnyAxes, model: ContactModel, case: str, length: float, color: str) -> None:
     """Draw one load case; what acts on no surface is named in the legend."""
-    others = [re.sub("(?<!^)(?=[A-Z])", " ", type(part).__name__).lower() for part in model.loads[case] if not isinstance(part, Traction | Pressure)]
-    for name, body, nodes, force in model.surface_loads:
-        if name == case:
-            _arrows(axes, model.bodies[body].mesh, nodes, force, length, color)
+    others = []
+    for part in model.loads[case]:
+        if isinstance(part, Traction | Pressure):
+            body = model.bodies[part.body]
+            nodes = body.boundary_nodes(part.boundary, "loads")
+            _arrows(axes, body.mesh, nodes, part._forces(body, model._parts.kinematics)[:, nodes], length, color)
+        else:
+            others.append(re.sub("(?<!^)(?=[A-Z])", " ", type(part).__name__).lower())
     nowhere: list[list[float]] = [[]] * (3 if model.kinematics == "space" else 2)
     axes.plot(*nowhere, color=color, marker=">", label=f"load {case}" + (f" ({', '.join(others)})" if others else ""))
 

@@ -11,7 +11,7 @@ from ...contact.checks import Array, whole_array
 from ...contact.tolerances import ROUNDING
 from ...errors import ModelError
 from ..ordering import Flags, Integers, whole
-from .blocks import Block, fields, number
+from .text import Block, fields, number
 
 Terms = list[tuple[int, int, float]]  # what follows, what leads, and the weight: 6 i + k is displacement k of node i, from 3 on its rotation
 

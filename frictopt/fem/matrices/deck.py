@@ -14,9 +14,9 @@ from ...contact.checks import Array, finite_array, frozen, shown, whole_array, w
 from ...contact.result import Shown
 from ...errors import ModelError
 from ..ordering import Integers, whole
-from .blocks import Block, blocks, elements_of, fields, members_of, number, parameters, thickness
 from .constraints import CONSTRAINING, Constraints, constraints_of
 from .kinds import FACELESS, LINES, PLANE, PLANES, SHAPES, SOLID, SOLIDS, shape_of
+from .text import Block, blocks, elements_of, fields, members_of, number, parameters, thickness
 
 Solids: TypeAlias = list[tuple[str, list[list[int]]]]  # blocks of elements: their type, and number and nodes of each
 

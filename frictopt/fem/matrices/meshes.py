@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from contextlib import redirect_stdout
 from dataclasses import replace
+from importlib import import_module
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,6 @@ from ..ordering import Integers, places_among
 from .constraints import Constraints
 from .deck import Deck, read_deck
 from .kinds import PLANE, SOLID
-from .rows import library
 
 _CORNERS = {  # of the faces S1, S2, ... of an element in decks
     "triangle": ((0, 1), (1, 2), (2, 0)),
@@ -205,3 +205,11 @@ def _of_scikit_fem(elements: Integers, shape: str, points: Array) -> Mesh:
 def meshio_library() -> Any:
     """The library meshio."""
     return library("meshio", "meshio", "mesh")
+
+
+def library(module: str, name: str, extra: str) -> Any:
+    """A module of a library, which is installed by its name or by an extra of ours."""
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise ModelError(f"{name}: not installed; install frictopt with its extra `{extra}`") from error

@@ -10,9 +10,9 @@ from ...contact.checks import Array, finite_array, finite_number, frozen, whole_
 from ...errors import ModelError
 from ..given import checked_stiffness
 from ..ordering import Integers
-from .blocks import text_of
 from .constraints import displaced
 from .deck import Deck
+from .text import text_of
 
 _FREQUENCY = re.compile(r"^ +\d+(?: +\S+){2} +(\S+) +\S+ *$", re.MULTILINE)  # number, eigenvalue, rad per time, cycles per time, imaginary part
 _PRINTED = re.compile(r"displacements \(vx,vy,vz\).*\n\s*\n((?: *\d+(?: +\S+){3} *\n)+)")

@@ -1,0 +1,198 @@
+"""Matrices of Ansys Mechanical APDL and of Nastran, through the libraries that read their files."""
+
+import warnings
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.sparse import csr_matrix, triu
+
+from ...contact.checks import shown, whole_array
+from ...errors import ModelError
+from ..ordering import Integers
+from .deck import Deck, deck_of_points
+from .job import MatrixJob
+from .meshes import file_path, library
+
+_ANSYS = "ansys-mapdl-reader"
+_ANSYS_SOLIDS = {
+    (185, 8): "C3D8",
+    (285, 4): "C3D4",
+    (186, 20): "C3D20",
+    (187, 10): "C3D10",
+}  # by type and nodes; as Abaqus names them
+_NASTRAN_SOLIDS = {("CHEXA", 8): "C3D8", ("CTETRA", 4): "C3D4", ("CHEXA", 20): "C3D20", ("CTETRA", 10): "C3D10"}  # as Abaqus names them
+
+
+def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob:
+    """Read the stiffness that Ansys Mechanical APDL assembles, from its `.full` file.
+
+    `WRFULL,1` before `SOLVE` stops after the assembly; run it in one process, for each of several writes its own file. The contact itself must not be
+    in the model: each body keeps its own nodes there. Displacements that `D` holds are left out, and with the deck known as held; rotations are
+    generalised coordinates. The extra `ansys` of the installation brings ansys-mapdl-reader.
+
+    Parameters
+    ----------
+    path
+        Path of the file, `NAME.full`.
+    deck
+        Path of the archive that `CDWRITE,DB,NAME,cdb` writes, for nodes, components of nodes (as sets) and the faces of solids.
+
+    Raises
+    ------
+    ModelError
+        A file that is missing or damaged, not symmetric or distributed, other unknowns than displacements and rotations, constraint equations (`CE`,
+        `CP`), nodes with directions of their own (`NROTAT`).
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> from ansys.mapdl.reader import examples
+    >>> fo.read_ansys(examples.fullfile, deck=examples.hexarchivefile)
+    MatrixJob(unknowns=900, directions=3, sets=['NCOMP2', 'NODE_SELECTION'])
+    """
+    reader = library("ansys.mapdl.reader", _ANSYS, "ansys")
+    file = file_path("path", path)
+    full = by_library(_ANSYS, reader.read_binary, file, "stiffness")
+    if not hasattr(full, "load_km"):
+        raise ModelError(f"stiffness: {file.name} is no .full file but a {type(full).__name__}; write the stiffness with WRFULL")
+    directions, equations = int(full._header["numdof"]), int(full._header["ncefull"])
+    if directions not in (2, 3, 6) or equations:
+        problem = f"{equations} constraint equations" if equations else f"{directions} unknowns at a node"
+        raise ModelError(f"stiffness: {file.name} has {problem}; give a model of displacements (and rotations) without CE and CP")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that a static file has no mass
+        numbers, upper, _ = by_library(_ANSYS, lambda _: full.load_km(as_sparse=True, sort=True), file, "stiffness")
+    labels, held = (np.asarray(found + [0, 1], dtype=np.intp) for found in (numbers, full.const))
+    free = np.flatnonzero(~np.isin(_code(labels), _code(held)))
+    K = csr_matrix(upper + triu(upper, 1).T)
+    return MatrixJob(K[free][:, free], labels[free], None if deck is None else _archive(reader, file_path("deck", deck), held))
+
+
+def _code(labels: Integers) -> Integers:
+    """One number for each label."""
+    return np.asarray(10 * labels[:, 0] + labels[:, 1])
+
+
+def _archive(reader: Any, file: Path, held: Integers) -> Deck:
+    """Nodes, components and solids of an archive, and what is held."""
+    archive = by_library(_ANSYS, lambda path: reader.Archive(path, parse_vtk=False), file, "deck")
+    if not len(archive.nnum) or not archive.ekey.size:
+        raise ModelError(f"deck {file.name}: no nodes or no elements; give the archive that CDWRITE,DB writes")
+    turned = np.flatnonzero(np.any(archive.node_angles, axis=1))
+    if len(turned):
+        raise ModelError(f"deck {file.name}: node {archive.nnum[turned[0]]} has directions of its own; write the matrix without NROTAT")
+    routine = dict(archive.ekey.tolist())
+    solids: dict[str, list[list[int]]] = {}
+    for element in archive.elem:
+        kind, nodes = routine[int(element[1])], element[10:].tolist()
+        name = _ANSYS_SOLIDS.get((kind, len(set(nodes))), f"{kind} of {len(set(nodes))} nodes")
+        solids.setdefault(name, []).append([int(element[8]), *nodes])
+    sets = {name.strip().upper(): members.tolist() for name, members in archive.node_components.items()}
+    return deck_of_points(dict(zip(archive.nnum.tolist(), archive.nodes, strict=True)), solids=solids, sets=sets, held=held.tolist())
+
+
+def read_nastran(path: str | Path, *, name: str | None = None, deck: str | Path | None = None, labels: ArrayLike | None = None) -> MatrixJob:
+    """Read a stiffness that Nastran writes, as DMIG cards of a punch file or as OUTPUT4 (`.op4`), text or binary.
+
+    `EXTSEOUT(DMIGPCH)` or `PARAM,EXTOUT,DMIGPCH` with an ASET of the displacements of the contact and of the loads writes KAAX as DMIG. DMIG names
+    the grid points of its rows, OUTPUT4 does not: give their labels, except for the stiffness of all grid points of the deck (KGG), which has six
+    rows for each of them in the order of their numbers. Rotations and scalar points are generalised coordinates. Displacements that the matrix lacks
+    are not known to be held, see `MatrixJob.unknowns`. The extra `nastran` of the installation brings pyyeti.
+
+    Parameters
+    ----------
+    path
+        Path of the file; one that ends in `.op4` is OUTPUT4.
+    name
+        Name of the matrix, such as "KAAX"; None: the file has one only.
+    deck
+        Path of the bulk data, for grid points (`GRID`, in the basic coordinates) and the faces of `CHEXA` and `CTETRA`.
+    labels
+        (n, 2) grid point and component 1 to 6 of each row (0 of a scalar point), of OUTPUT4.
+
+    Raises
+    ------
+    ModelError
+        A file that is missing or damaged, a name that the file does not have, OUTPUT4 without labels, grid points in coordinates of their own, a
+        matrix that is complex or not symmetric.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> job = fo.read_nastran("tests/data/joint.pch", deck="tests/data/joint.bdf")
+    >>> job
+    MatrixJob(unknowns=66, directions=3, sets=[])
+    >>> [face.shape for face in job.matching_faces()]
+    [(6, 2)]
+    """
+    bulk, op4 = (library(f"pyyeti.nastran.{part}", "pyyeti", "nastran") for part in ("bulk", "op4"))
+    file = file_path("path", path)
+    grids = None if deck is None else _bulk_data(bulk, file_path("deck", deck))
+    if file.suffix.lower() != ".op4":
+        frame = _chosen(by_library("pyyeti", bulk.rddmig, file, "stiffness"), name, file)
+        if frame.columns.nlevels != 2:
+            raise ModelError(f"stiffness: {file.name} has a rectangular matrix {shown(name)}; give the name of a stiffness")
+        rows = frame.index.union(frame.columns)
+        whole = frame.reindex(index=rows, columns=rows, fill_value=0.0)
+        return MatrixJob(csr_matrix(whole.to_numpy()), np.array(rows.tolist()), grids)
+    K = csr_matrix(_chosen(by_library("pyyeti", op4.read, file, "stiffness"), name, file))
+    if labels is not None:
+        return MatrixJob(K, whole_array("labels", labels, (None, 2), least=0, most=10**8), grids)
+    numbers = np.sort(grids.numbers) if grids is not None else np.zeros(0, dtype=np.intp)
+    if K.shape[0] != 6 * len(numbers) or not len(numbers):
+        raise ModelError(
+            f"labels: none, and {file.name} has {K.shape[0]} rows, not six for each of the {len(numbers)} grid points of the deck; OUTPUT4 does "
+            "not say which grid points they belong to: give grid point and component of each row, or write DMIG"
+        )
+    every = np.column_stack([np.repeat(numbers, 6), np.tile(np.arange(1, 7), len(numbers))])
+    return MatrixJob(K, every, grids)
+
+
+def _bulk_data(bulk: Any, file: Path) -> Deck:
+    """Grid points and solids of bulk data."""
+    grids = by_library("pyyeti", bulk.rdgrids, file, "deck")
+    if grids is None:
+        raise ModelError(f"deck {file.name}: no GRID; give the bulk data of the job")
+    turned = grids[(grids[:, 1] != 0) | (grids[:, 5] != 0)]
+    if len(turned):
+        raise ModelError(
+            f"deck {file.name}: grid point {turned[0, 0]:g} has coordinates or displacements in system {max(turned[0, 1], turned[0, 5]):g}; write "
+            "both, and the matrix, in the basic system"
+        )
+    solids: dict[str, list[list[int]]] = {}
+    for card in ("CHEXA", "CPENTA", "CPYRAM", "CTETRA"):
+        for number, _, *corners in by_library("pyyeti", partial(bulk.rdcards, name=card, return_var="list", no_data_return=[]), file, "deck"):
+            nodes = [int(corner) for corner in corners if corner]
+            if len(nodes) == 20:  # the upright edges come before those of the upper face
+                nodes = [*nodes[:12], *nodes[16:], *nodes[12:16]]
+            solids.setdefault(_NASTRAN_SOLIDS.get((card, len(nodes)), f"{card}{len(nodes)}"), []).append([int(number), *nodes])
+    return deck_of_points({int(row[0]): row[2:5] for row in grids}, solids=solids)
+
+
+def _chosen(found: Mapping[str, Any], name: str | None, file: Path) -> Any:
+    """The matrix of a name, or the only one."""
+    key = next(iter(found), "") if name is None else str(name).lower()
+    if key not in found or (name is None and len(found) > 1):
+        raise ModelError(f"name: {shown(name)}; {file.name} has the matrices {', '.join(sorted(found)).upper() or 'of no name'}: give one of these")
+    return found[key]
+
+
+def by_library(name: str, read: Callable[[str], Any], file: Path, what: str) -> Any:
+    """What a library reads from a file.
+
+    Raises
+    ------
+    ModelError
+        The file is missing, or the library cannot read it.
+    """
+    if not file.is_file():
+        raise ModelError(f"{what}: there is no file {str(file)!r}; give its path")
+    try:
+        return read(str(file))
+    except Exception as error:  # libraries let through whatever a damaged file makes
+        problem = str(error).strip() or type(error).__name__
+        raise ModelError(f"{what}: {name} cannot read {str(file)!r} ({problem}); give the file as the code wrote it") from error
