@@ -1,9 +1,11 @@
 """The command line: `frictopt look`, `condense`, `limit`, `study` and `merge`, from files to limits, tables and pictures.
 
-Exit codes: 0 done, 2 bad input, 3 no answer that passes the checks, 4 a file that cannot be read or written, 130 interrupted.
+Exit codes: 0 done, 2 bad input, 3 no answer that passes the checks, 4 a file that cannot be read or written, 130 interrupted, 141 nobody
+read its output to the end (`| head`).
 """
 
 import argparse
+import os
 import re
 import sys
 import warnings
@@ -25,14 +27,20 @@ _ROWS = 8  # of a table that is printed
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
-    asked = _parser().parse_args(arguments)
     try:
-        for name, endings in (("table", WRITERS), ("picture", ())):
-            if getattr(asked, name, None):
-                setattr(asked, name, output(getattr(asked, name), *endings))
-        with warnings.catch_warnings():
-            warnings.showwarning = lambda message, *_: print(f"frictopt: warning: {message}", file=sys.stderr)
-            asked.command(asked)
+        try:
+            asked = _parser().parse_args(arguments)
+            for name, endings in (("table", WRITERS), ("picture", ())):
+                if getattr(asked, name, None):
+                    setattr(asked, name, output(getattr(asked, name), *endings))
+            with warnings.catch_warnings():
+                warnings.showwarning = lambda message, *_: print(f"frictopt: warning: {message}", file=sys.stderr)
+                asked.command(asked)
+        finally:
+            sys.stdout.flush()  # tells of a reader that has gone
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for Python flushes once more when it ends
+        return 141
     except KeyboardInterrupt as interrupt:
         print("frictopt: interrupted", *getattr(interrupt, "__notes__", []), sep="\n", file=sys.stderr)
         return 130

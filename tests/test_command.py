@@ -1,5 +1,6 @@
 """The command line: from files to the answers of the functions, and errors with their exit codes."""
 
+import os
 import subprocess
 import sys
 import warnings
@@ -119,6 +120,16 @@ def test_a_study_in_a_file_takes_a_distribution():
     starts = fo.starts.no_slip() + fo.starts.random_slips(CONTACT, [0.1], 2)
     cycle = fo.LoadCycle({"mean": 1.0}, CYCLE.corners)
     same(pd.read_csv("runs.csv"), fo.dissipation_study(CONTACT, cycle, [stats.norm(0.4, 0.05)] * 2, [0.5, 2.0], starts, rng=7, progress=False))
+
+
+@pytest.mark.parametrize("arguments", [["look", "system.npz"], ["limit", "--help"]])
+def test_a_reader_that_stops_early_hears_no_complaint(arguments):
+    read, write = os.pipe()
+    os.close(read)
+    command = [sys.executable, "-m", "frictopt", *arguments]
+    done = subprocess.run(command, stdout=write, stderr=subprocess.PIPE, text=True, check=False, env={**os.environ, "PYTHONUNBUFFERED": ""})
+    os.close(write)
+    assert (done.returncode, done.stderr) == (141, "")
 
 
 BAD = {

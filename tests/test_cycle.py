@@ -61,7 +61,16 @@ def test_a_history_less_its_mean_is_what_the_load_factor_scales():
     given = fo.LoadCycle.from_history(history, mean={"P": 2.0, "extra": 1.0}, time="Time")
     assert given == fo.LoadCycle({"P": 2.0, "extra": 1.0}, [{"P": 1.0, "sigma": s} for s in (1.0, 5.0, 2.0)])
     still = fo.LoadCycle.from_history(history[["P"]])
-    assert still == fo.LoadCycle({"P": 3.0}, [{}, {}])
+    assert still == fo.LoadCycle({"P": 3.0}, [{}])
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-16])
+def test_a_closed_history_comes_back_to_its_first_corner_once(gap):
+    history = pd.DataFrame({"time": range(4), "P": 5.0, "sigma": [1.0, -1.0, 3.0, 1.0 + gap]})
+    cycle = fo.LoadCycle.from_history(history, mean={"P": 5.0})
+    assert cycle == fo.LoadCycle({"P": 5.0}, [{"sigma": s} for s in (1.0, -1.0, 3.0)]) and cycle.times == (0, 1, 2)
+    other = fo.LoadCycle.from_history(history.assign(sigma=[1.0, -1.0, 3.0, 1.0 + 1e-9]), mean={"P": 5.0})
+    assert len(other.corners) == 4
 
 
 def frechet(one, other):

@@ -14,7 +14,7 @@ from separation import pulled_system
 from spatial import random_contact, vectors
 from studies.validation.fuzz.embedded import embedded
 from studies.validation.open_patterns import largest_with_open
-from systems import CYCLE
+from systems import CYCLE, system
 
 THREE = fo.LoadCycle({"mean": 1.0}, [{"cyclic": -1.0}, {"cyclic": 0.8}, {"cyclic": 0.3}])
 
@@ -130,6 +130,13 @@ def test_a_separated_limit_in_space_is_never_less_and_rests(seed):
     every = [opened for opened in np.array(np.meshgrid(*[[False, True]] * 4)).reshape(4, -1).T if not opened.all()]
     most = np.nanmax([Oracle(contact, cycle, 0.6, opened).largest() for opened in every])
     assert best.load_factor == pytest.approx(most, rel=1e-6)
+
+
+def test_an_open_node_may_slip_farther_than_the_largest_slip():
+    contact = system(np.eye(2), np.zeros((2, 2)), [0.4, 3.0], [1.0, -0.5], [1.0, 0.0], 0.0)
+    safe = fo.safe_slip(contact, CYCLE, 0.5, 0.3)
+    assert safe.open.tolist() == [False, True] and safe.slip[1] == pytest.approx(-3.0)
+    assert 0.2 <= safe.largest_slip == abs(safe.slip[0]) < 1.0
 
 
 def test_what_is_said_of_a_rounded_punch(punch, paper_cycle):

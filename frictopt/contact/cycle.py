@@ -133,7 +133,8 @@ class LoadCycle(Plotted):
     ) -> Self:
         """The load cycle of a measured history, which is repeated again and again; at load factor 1 it is the history itself.
 
-        Points on the straight segment between their neighbours are left out, because friction knows no time: no answer changes by that.
+        Points on the straight segment between their neighbours are left out, because friction knows no time, and so is a last row that equals the
+        first: no answer changes by that.
 
         Parameters
         ----------

@@ -99,6 +99,8 @@ def history_corners(
         numbers = reversals(points / (share * np.where(ranges > 0, ranges, 1.0)))
     else:
         numbers = turning_points(points)
+    if len(numbers) > 1 and (np.abs(points[-1] - points[0]) <= _ROUNDING * np.abs(points).max(axis=0, initial=0.0)).all():
+        numbers.pop()  # the cycle comes back to its first corner by itself
     times = None if clock is None else history[clock].iloc[numbers].tolist()
     return static, [dict(zip(names, points[number].tolist(), strict=True)) for number in numbers], times
 

@@ -142,20 +142,6 @@ class Recorded(Shown):
         return self.record.residual
 
 
-class WithSlip(Recorded):
-    """Base of results with a residual slip, (N,) or (N, 2)."""
-
-    slip: Array
-
-    @property
-    def largest_slip(self) -> float:
-        """Largest size of the slip at a node, length; NaN without a slip. Other slips may be safe too.
-
-        Compare it with what assembly can leave. A slip far larger than that is of no use: bound it by `slip_bound`.
-        """
-        return float(np.linalg.norm(self.slip.reshape(len(self.slip), -1), axis=1).max())
-
-
 class Plotted:
     """Base of what has a picture."""
 

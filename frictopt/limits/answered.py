@@ -12,7 +12,7 @@ from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import Array, Booleans, frozen
 from ..contact.coulomb import lengths
 from ..contact.parts import joined, parted
-from ..contact.result import Plotted, WithSlip, components, places
+from ..contact.result import Plotted, Recorded, components, places
 from ..contact.tolerances import RESIDUAL
 from .question import LimitQuestion
 
@@ -132,7 +132,7 @@ class Mechanism:
         return np.asarray(system.S[-system.nodes :] @ joined(self.slips.sum(axis=0), self.lift.sum(axis=0)))
 
 
-class Answered(WithSlip, Plotted):
+class Answered(Recorded, Plotted):
     """Base of results that answer a limit question by a residual slip at a load factor."""
 
     load_factor: float
@@ -165,6 +165,14 @@ class Answered(WithSlip, Plotted):
     def open(self) -> Booleans:
         """(N,) which nodes are open at all corners."""
         return ~self._task.closed
+
+    @property
+    def largest_slip(self) -> float:
+        """Largest size of the slip at a closed node, length; NaN without a slip. Open nodes do not count. Other slips may be safe too.
+
+        Compare it with what assembly can leave. A slip far larger than that is of no use: bound it by `slip_bound`.
+        """
+        return float(lengths(self.slip, self.friction)[~self.open].max(initial=0.0))
 
     @property
     def _opened(self) -> str:

@@ -20,7 +20,7 @@ from .shakedown_result import ShakedownLimit
 End: TypeAlias = tuple[float, Array, Mechanism]
 """An end of the safe load factors, a slip that is safe there, and the mechanism that proves it (idle at load factor 0)."""
 
-_FAR = 1e3  # the proof that nothing is safe holds for slips at least `1 / _FAR / RESIDUAL` times as large as those of the loads
+FAR = 1e3  # the proof that nothing is safe holds for slips at least `1 / FAR / RESIDUAL` times as large as those of the loads
 
 
 def judged(v: SafeSet, end: End | None = None, *, least: bool = False) -> ShakedownLimit:
@@ -97,7 +97,7 @@ def judged_margin(v: SafeSet, load_factor: float | None) -> SafeSlip:
     pull = float(-asked.states(at, own)[3].min() / asked.force) if margin >= 0 else 0.0
     residual = float(np.nan_to_num(max(gap, margin - asked.reserve(at, own), pull, asked.beyond(own), v.own.violation), nan=np.inf))
     if load_factor is None and bound < -RESIDUAL:  # nothing is safe at any load factor: no more is asked, and the upper bound alone proves it
-        residual = off / -bound / _FAR
+        residual = off / -bound / FAR
     return SafeSlip(at, every, margin, float(bound), rate, SolveRecord(residual=residual), whole, motion, v.own.names)
 
 
@@ -113,9 +113,9 @@ def refuted(v: SafeSet) -> ShakedownLimit | None:
     motion, none = motion.scaled(1 / slips if slips > 0 else 0.0), np.zeros(task.q1.shape[1:])
     resistance, drive = motion.work(task)
     off = defect(v, motion, none) + task.load_unit * max(-drive, 0.0)
-    if not resistance + off < -RESIDUAL or off / -(resistance + off) / _FAR > RESIDUAL:
+    if not resistance + off < -RESIDUAL or off / -(resistance + off) / FAR > RESIDUAL:
         return None
-    record, (whole, _, motion) = SolveRecord(residual=off / -(resistance + off) / _FAR), on_whole(task, none, motion)
+    record, (whole, _, motion) = SolveRecord(residual=off / -(resistance + off) / FAR), on_whole(task, none, motion)
     return ShakedownLimit(np.nan, LimitKind.NO_SAFE_SLIP, np.full(whole.system.slip_shape, np.nan), np.nan, record, whole, motion)
 
 

@@ -19,7 +19,7 @@ from ..errors import ModelError, SolverError
 from ..solve.contradiction import contradiction, is_unbounded
 from .answered import Mechanism
 from .friction_bounds import safe_set
-from .judge import End, judged
+from .judge import FAR, End, judged
 from .question import LimitQuestion
 from .rigid import rigid_slides
 from .safe_set import SafeSet
@@ -87,17 +87,41 @@ def _mechanism(which: int, rules: tuple[np.ndarray, np.ndarray], shape: tuple[in
     return Mechanism(slips[0] - slips[1], friction * slips.sum(axis=0), friction)
 
 
-def by_one_node(task: LimitQuestion, motion: Mechanism, why: str, solver: str | None) -> ShakedownLimit:
-    """The limit 0 of a contact in space with a node that is `helpless` at any load factor above 0, or the proof that nothing is safe at 0."""
+def by_one_node(task: LimitQuestion, motion: Mechanism, why: str, solver: str | None, *, under: bool) -> ShakedownLimit:
+    """The limit 0 of a contact in space with a node that is `helpless` at any load factor above 0, or the proof that nothing is safe at 0.
+
+    Raises
+    ------
+    ModelError
+        `under` constraints of the user's own, which can change nothing.
+    SolverError
+        The safe slip at load factor 0 is none.
+    """
     state = solve_margin(task, 0.0, solver)
     if not state.exists:
         unsafe = np.full(task.system.slip_shape, np.nan)
         return ShakedownLimit(np.nan, LimitKind.NO_SAFE_SLIP, unsafe, np.nan, state.record, state._task, state._motion)
+    if under:
+        raise ModelError(f"constraints: {why}: nothing is safe at any load factor above 0, whatever they ask; leave them out")
     limit = judged(safe_set(task), (0.0, task.own(state.slip), motion))
     if not limit.residual <= RESIDUAL:
         raise SolverError(f"shakedown limit: the slip that is safe under the mean load violates the contact law by {limit.residual:.1e}")
     why = f"no residual slip is safe at any load factor above 0: {why}"
     return replace(limit, least=0.0, _why=why, record=replace(state.record, residual=limit.residual))
+
+
+def by_scaling(task: LimitQuestion, solver: str | None) -> ShakedownLimit | None:
+    """The limit 0 of a contact without load at load factor 0; None where it is larger, or this proof fails.
+
+    Load factor and safe slip may grow in proportion there, so if nothing is safe at one load factor, nothing is at any above 0. A slip bound only
+    makes fewer slips safe.
+    """
+    found = solve_margin(replace(task, most=None), task.load_unit, solver)
+    if not found.bound < 0 or (residual := found.residual / -found.bound / FAR) > RESIDUAL:
+        return None
+    motion = found._motion.scaled(1 / found._motion.work(found._task)[1])
+    record = replace(found.record, residual=residual)
+    return ShakedownLimit(0.0, LimitKind.FINITE, np.zeros(task.system.slip_shape), 0.0, record, task, motion, least=0.0)
 
 
 def no_limit(task: LimitQuestion, solver: str | None) -> ShakedownLimit | None:

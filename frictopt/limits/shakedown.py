@@ -23,13 +23,13 @@ from ..contact.answers import LimitKind
 from ..contact.checks import Array, listed, warns_of_odd_values
 from ..contact.result import SolveRecord
 from ..contact.tolerances import RESIDUAL
-from ..errors import ModelError, SolverError
+from ..errors import SolverError
 from ..solve.solvers import solve
 from .friction_bounds import helpless
 from .judge import answered, judged, judged_by_rows, refuted
 from .mirrors import half_of, slip_on_whole
 from .open_nodes import rest_under_mean
-from .plain_limits import by_one_node, in_closed_form, no_limit, no_limit_under
+from .plain_limits import by_one_node, by_scaling, in_closed_form, no_limit, no_limit_under
 from .question import LimitQuestion
 from .safe_model import SafeModel
 from .safe_set import SafeSet
@@ -148,10 +148,9 @@ class ShakedownModel(SafeModel):
         under, solver = bool(own) or objective is not None, self._solver
         if task.system.tangents > 1:
             if found := helpless(task):
-                limit = by_one_node(task, *found, solver)
-                if under and limit.kind is not LimitKind.NO_SAFE_SLIP:
-                    raise ModelError(f"constraints: {found[1]}: nothing is safe at any load factor above 0, whatever they ask; leave them out")
-                return limit
+                return by_one_node(task, *found, solver, under=under)
+            if not (under or task.q0.any() or task.p0.any()) and (known := by_scaling(task, solver)):
+                return known
         elif task.simplify and not under and solver is None and task.lift is None and task.uncoupled and (known := in_closed_form(task)):
             return known
         v = self._program(shakedown_problem, task if under else half_of(task), own, objective)
