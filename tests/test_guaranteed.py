@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.reference import two_node_limits
 from systems import CYCLE, FIRST_PAIR, ONE_NODE, SECOND_PAIR, THREE, linprog_limit, on_both_bounds, random_system, system
 
 FIRST, SECOND = (FIRST_PAIR, 0.6, 0.391864153760), (SECOND_PAIR, 0.4, 0.532623169108)
@@ -51,18 +50,6 @@ def test_published_instances(data, friction, lower, upper, simplify):
     limit, shakedown = (ask(contact, CYCLE, friction, simplify=simplify) for ask in (fo.guaranteed_limit, fo.shakedown_limit))
     assert (limit.load_factor, shakedown.load_factor) == pytest.approx((lower, upper), rel=1e-9, abs=1e-12)
     check(limit, contact, CYCLE, friction)
-
-
-@settings(max_examples=20)
-@given(seed=st.integers(0, 10**6), f=st.floats(0.02, 0.4), coupling=st.floats(0.0, 1.0))
-def test_two_nodes_against_the_lines_that_meet(seed, f, coupling):
-    contact = random_system(np.random.default_rng(seed), 2, coupling=coupling)
-    expected = two_node_limits(contact.A, contact.B, *contact.bonded["mean"], *contact.bonded["cyclic"], f)
-    for simplify in (True, False):
-        limit = fo.guaranteed_limit(contact, CYCLE, f, simplify=simplify)
-        assert limit.load_factor == pytest.approx(expected.lambda_1, rel=1e-9, abs=1e-12, nan_ok=True)
-        assert limit.shakedown.load_factor == pytest.approx(expected.lambda_2, rel=1e-9, nan_ok=True)
-        assert np.isnan(limit.load_factor) or limit.load_factor <= limit.shakedown.load_factor
 
 
 @settings(max_examples=12)
@@ -143,10 +130,3 @@ def test_uncoupled_contacts_need_no_program_and_are_proven():
     assert solved.record.solver == "HIGHS"
     for limit in (closed, solved):
         assert limit.proven and limit.load_factor == pytest.approx(0.8, rel=1e-9) and "uncoupled" in limit.reason
-
-
-def test_nodes_without_friction_or_ruled_by_one_corner_are_no_candidates():
-    contact = system(np.eye(3), 0.1 * np.ones((3, 3)), 0.0, 1.0, (0.5, 0.0, 0.05), (0.0, 0.0, 0.5))
-    limit = fo.guaranteed_limit(contact, CYCLE, [0.5, 0.5, 0.5])
-    assert list(limit.to_frame().how[1:]) == ["one corner alone rules"] * 2
-    assert fo.guaranteed_limit(contact, CYCLE, [0.0, 0.5, 0.5]).node is None

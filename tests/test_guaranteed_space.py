@@ -8,11 +8,9 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from frictopt.limits.critical_state import smallest_discs
-from frictopt.reference import smallest_circle, smallest_circle_limit
-from spatial import cycle, random_contact
+from frictopt.reference import smallest_circle
+from spatial import random_contact
 from studies.validation.followed import random_contact as centred
-from studies.validation.fuzz.embedded import embedded
-from systems import CYCLE, FIRST_PAIR, SECOND_PAIR, system
 
 pytestmark = pytest.mark.filterwarnings("ignore:Solution may be inaccurate")  # of the cone programs that are compared with
 
@@ -121,22 +119,6 @@ def test_discs_that_touch_at_many_points_coincide_or_lie_on_a_line():
     assert middle[0] == pytest.approx([0.8, 0.0]) and radius == pytest.approx(0.9)
 
 
-@pytest.mark.parametrize(("data", "friction", "expected"), [(FIRST_PAIR, 0.6, 0.391864153760), (SECOND_PAIR, 0.4, 0.532623169108)])
-def test_a_published_plane_contact_in_space(data, friction, expected):
-    solid, along = embedded(system(*data), np.random.default_rng(1))
-    flat, limit = (fo.guaranteed_limit(contact, CYCLE, friction) for contact in (system(*data), solid))
-    assert limit.load_factor == pytest.approx(expected, rel=1e-8) and (limit.node, sorted(limit.corners)) == (flat.node, sorted(flat.corners))
-    assert np.sum(limit.slip * along, axis=1) == pytest.approx(flat.slip, abs=1e-5)
-
-
-def test_where_slip_leaves_pressures_alone_it_is_the_shakedown_limit_by_a_theorem():
-    contact = random_contact(np.random.default_rng(3), 4, coupling=0.0)
-    contact = contact.with_bonded({name: (contact.bonded[name][0], 0 * contact.bonded[name][1]) for name in "abc"})
-    limit = fo.guaranteed_limit(contact, cycle(), 0.5)
-    known = smallest_circle_limit(contact.bonded["mean"][1], cycle().corner_reactions(contact)[0], 0.5)
-    assert limit.proven and limit.node is None and limit.load_factor == pytest.approx(known, rel=1e-8) and "uncoupled" in limit.reason
-
-
 @pytest.mark.parametrize("friction", [0.2, 0.5, 1.0])
 def test_a_square_punch_with_and_without_screening(friction):
     punch = fo.scenes.SquarePunch(elements=3).condense()
@@ -184,11 +166,3 @@ def test_what_a_limit_of_none_means_and_what_one_overload_leaves():
     assert left < limit.largest_slip and after.load_factor > 0 and after.largest_slip <= left * (1 + 1e-9)
     assert after.load_factor == pytest.approx(fo.guaranteed_limit(contact, loads, f, slip_bound=left).load_factor, rel=1e-7)
     assert limit.after_overload(0.5 * limit.shakedown.load_factor).largest_slip == 0  # nothing slips in so small an overload
-
-
-def test_it_is_drawn_with_its_node():
-    contact, loads, f = centred(2, most=5)
-    limit = fo.guaranteed_limit(contact, loads, f)
-    ax = limit.plot()
-    circles = [one for one in ax.collections if one.get_label() == "critical node"]
-    assert np.allclose(circles[0].get_offsets(), limit.system.points[limit.node, :2])

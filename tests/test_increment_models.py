@@ -46,16 +46,6 @@ def test_problems_are_dpp_and_named():
     assert not frozen.is_mixed_integer() and exact.is_mixed_integer()
 
 
-def test_problems_are_compiled_once(monkeypatch):
-    contact = random_system(np.random.default_rng(0), 3)
-    frozen, exact = (engine(contact, 0.5) for engine in (FrozenBoundIncrement, ExactIncrement))
-    first = [engine.solve(np.zeros(3), ([1.0, 1.0, 0.0], [1.0, 1.0, 1.0])).problem for engine in (frozen, exact)]
-    caches = [problem._cache.param_prog for problem in first]
-    again = [engine.solve(np.ones(3), ([0.0, 1.0, 1.0], [2.0, 1.0, 1.0])).problem for engine in (frozen, exact)]
-    assert all(one is other for one, other in zip(first, again, strict=True))
-    assert all(problem._cache.param_prog is cache and cache is not None for problem, cache in zip(again, caches, strict=True))
-
-
 def test_the_solution_stands_in_the_problem():
     contact, friction, slip, load = random_increment(np.random.default_rng(3), 3, 0.6)
     length = np.abs(load[1]).mean() / contact.stiffness_scale
@@ -181,16 +171,6 @@ def test_complementarity_matrix_is_the_law():
             posed.problem.var_dict[variable].save_value(part)
         assert posed.problem.objective.value == pytest.approx(0.0, abs=1e-9)
         assert all(constraint.value(1e-9) for constraint in posed.problem.constraints)
-
-
-def test_complementarity_agrees_where_it_is_convex():
-    for seed in range(8):
-        contact, _, slip, load = random_increment(np.random.default_rng(seed), 3, 0.6)
-        smooth = complementarity_problem(contact, 0.0, slip, load)
-        assert smooth.problem.is_dcp() and smooth.problem.solve(solver=cp.CLARABEL) == pytest.approx(0.0, abs=1e-6)
-        forward, backward = (smooth.problem.var_dict[name].value for name in ("forward_slip", "backward_slip"))
-        ((v, *_),) = admissible_states(contact, 0.0, slip, load)
-        assert slip + smooth.length * (forward - backward) == pytest.approx(v, abs=1e-4)
 
 
 def test_explain():

@@ -199,3 +199,4 @@ def test_a_guaranteed_limit_names_its_node_and_the_loads_at_which_it_is_on_its_b
     on = [name for name, (q, p) in zip(cycle().corner_names, at, strict=True) if abs(q[node] - F * p[node]) < 1e-7 * p.mean()]
     place = ", ".join(f"{part:.3g}" for part in FLAT.points[node])
     assert len(on) > 1 and ax.get_title().splitlines()[1:] == [f"node {node} at ({place}): on its bound at", "; ".join(on)]
+    assert node > 0 and np.allclose(marks(ax)[1].get_offsets(), FLAT.points[[node], :2], atol=1e-14)

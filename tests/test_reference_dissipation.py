@@ -1,18 +1,18 @@
-"""Dissipation of single nodes: instances, marches in small increments, energy, invariances."""
+"""Dissipation of single nodes against the exact path, and where it begins and ends."""
 
 import numpy as np
 import pytest
 
+import frictopt as fo
 from frictopt.errors import ModelError
 from frictopt.reference import single_node_dissipation, single_node_limit
-from marching import last_cycle
+from systems import CYCLE, system
 
 FIRST = {"A": 2.0, "B": 0.5, "q0": 0.1, "p0": 1.0, "q1": 1.0, "p1": 0.2, "f": 0.4}
-ORDER = ("A", "B", "q0", "p0", "q1", "p1", "f")
 
 
-def as_tuple(node):
-    return tuple(node[name] for name in ORDER)
+def contact_of(node):
+    return system(**{name: value for name, value in node.items() if name != "f"})
 
 
 def lift_off(node):
@@ -37,32 +37,11 @@ def between(node, share):
     return limit + share * (min(3 * limit, lift_off(node)) - limit)
 
 
-def test_single_node_dissipation_is_what_marches_converge_to_from_every_start():
-    starts = [[-3.0], [-0.2], [0.0], [0.4], [5.0]]
-    errors = []
+def test_single_node_dissipation_is_that_of_the_exact_path_from_every_start():
     for node in random_nodes(np.random.default_rng(1), 16):
         lam = between(node, 0.6)
-        exact = single_node_dissipation(**node, load_factor=lam)
-        coarse, fine = (last_cycle(as_tuple(node), lam, starts, increments, cycles=2).work for increments in (40, 320))
-        assert np.ptp(fine) < 1e-9 * exact
-        assert fine[0] == pytest.approx(exact, rel=1e-3)
-        errors.append(np.abs([coarse[0] / exact - 1, fine[0] / exact - 1]))
-    order = np.mean(np.diff(-np.log(errors), axis=1)) / np.log(8)  # the mean, since slip sets in at a random place of its increment
-    assert order == pytest.approx(2, abs=0.4)
-
-
-def test_single_node_dissipation_is_the_work_of_the_load_on_the_slip():
-    for node in random_nodes(np.random.default_rng(2), 100):
-        A, B, q0, p0, q1, p1, f = as_tuple(node)
-        for share in (0.1, 0.9):
-            lam = between(node, share)
-            ahead = (lam * abs(q1 + f * p1) - q0 - f * p0) / (A + f * B)
-            behind = (f * p0 - q0 - lam * abs(q1 - f * p1)) / (A - f * B)
-            middle = (ahead + behind) / 2
-            forward = -((A + f * B) * middle + q0 + f * p0) / (lam * (q1 + f * p1))  # the swing s half-way through either passage
-            backward = (f * p0 - q0 - (A - f * B) * middle) / (lam * (q1 - f * p1))
-            supplied = lam * q1 * (backward - forward) * (ahead - behind)
-            assert single_node_dissipation(**node, load_factor=lam) == pytest.approx(supplied, rel=1e-9)
+        work = [fo.steady_state(contact_of(node), CYCLE, node["f"], lam, initial_slip=[start]).dissipation for start in (-3.0, -0.2, 0.4, 5.0)]
+        assert work == pytest.approx([single_node_dissipation(**node, load_factor=lam)] * 4, rel=1e-9)
 
 
 def test_a_node_dissipates_nothing_up_to_its_limit_and_starts_from_zero():
@@ -74,12 +53,11 @@ def test_a_node_dissipates_nothing_up_to_its_limit_and_starts_from_zero():
         assert more == pytest.approx(2 * little, rel=1e-4)
 
 
-def test_lift_off_ends_the_closed_form_where_a_march_in_full_contact_runs_out_of_pressure():
+def test_lift_off_ends_the_closed_form_where_the_exact_path_opens():
     for node in random_nodes(np.random.default_rng(4), 20):
         lift = lift_off(node)
-        below, above = (last_cycle(as_tuple(node), factor * lift, [[0.0]], 30, cycles=2).least_pressure[0] for factor in (0.999, 1.001))
-        assert above < 0 < below
-        assert single_node_dissipation(**node, load_factor=0.999 * lift) > 0
+        below, above = (fo.steady_state(contact_of(node), CYCLE, node["f"], factor * lift).open.any() for factor in (0.999, 1.001))
+        assert above and not below and single_node_dissipation(**node, load_factor=0.999 * lift) > 0
         with pytest.raises(ModelError, match=r"load_factor: .*lifts off at one corner, give at most"):
             single_node_dissipation(**node, load_factor=1.001 * lift)
 

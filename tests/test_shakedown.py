@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from scipy.linalg import block_diag
 
 import frictopt as fo
-from frictopt.reference import single_node_limit, uncoupled_limit
 from studies.validation.oracles import largest_load_factor
 from systems import CYCLE, FIRST_PAIR, random_system, system
 from test_slip_bound import freed
@@ -17,18 +16,6 @@ EXACT = 1e-9
 
 def limit_of(contact, friction, cycle=CYCLE, **options):
     return fo.shakedown_limit(contact, cycle, friction, **options).load_factor
-
-
-@settings(max_examples=40)
-@given(seed=st.integers(0, 10**6), f=st.floats(0.02, 0.95))
-def test_one_node_against_its_closed_form(seed, f):
-    rng = np.random.default_rng(seed)
-    one = random_system(rng, 1, coupling=0.8)
-    (A,), (B,) = one.A[0], one.B[0]
-    f = f * min(1.0, abs(A / B)) if B else f
-    (q0, p0), (q1, p1) = ((pair[0][0], pair[1][0]) for pair in (one.bonded["mean"], one.bonded["cyclic"]))
-    if f * (A * p0 - B * q0) > 0:
-        assert limit_of(one, f) == pytest.approx(single_node_limit(A, B, q0, p0, q1, p1, f), rel=1e-9)
 
 
 @settings(max_examples=40)
@@ -111,18 +98,6 @@ def test_weak_coupling_is_neither_lost_nor_a_failure(B):
 def test_stiffness_that_is_rounding_counts_as_none():
     tiny = fo.ContactSystem.from_blocks([[1e-17]], [[0.0]], [[1.0]], [0], {"mean": ([0.2], [1.0]), "cyclic": ([1.0], [0.0])})
     assert limit_of(tiny, 0.5) == pytest.approx(0.3, rel=1e-9)
-
-
-@settings(max_examples=15)
-@given(seed=st.integers(0, 10**6))
-def test_uncoupled_contacts_have_a_closed_form(seed):
-    rng = np.random.default_rng(seed)
-    contact = random_system(rng, 4, coupling=0.0)
-    q0, p0, q1, p1 = *contact.bonded["mean"], *contact.bonded["cyclic"]
-    expected = uncoupled_limit(q0, p0, q1, p1, 0.4)
-    closed, program = (fo.shakedown_limit(contact, CYCLE, 0.4, simplify=simplify) for simplify in (True, False))
-    assert closed.load_factor == pytest.approx(expected, rel=1e-12) and closed.problem is None and "uncoupled" in closed.record.left_out[0]
-    assert program.load_factor == pytest.approx(expected, rel=EXACT) and program.record.left_out == ()
 
 
 @settings(max_examples=15)

@@ -4,11 +4,9 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import frictopt as fo
-from spatial import random_contact, single
+from spatial import random_contact
 
 
 def random_increment(rng, most_friction=1.0):
@@ -33,15 +31,6 @@ def test_the_cone_programs_give_the_same_states():
         assert np.abs(one.slip - other.slip).max() < 1e-8 and np.abs(one.q - other.q).max() < 1e-8 and other.problem.is_dpp()
         compared += 1
     assert compared >= 10
-
-
-@settings(max_examples=30)
-@given(st.floats(0, 6.2), st.floats(0.1, 3.0), st.floats(0.1, 2.0))
-def test_one_node_slips_straight_against_the_load(angle, size, f):
-    node, direction = single(), np.array([np.cos(angle), np.sin(angle)])
-    found = fo.increments.NewtonIncrement(node, f).solve([[0.0, 0.0]], (size * direction[None], [1.0]))
-    assert np.allclose(found.slip, -max(size - f, 0.0) * direction, atol=1e-12)
-    assert np.allclose(found.q, min(size, f) * direction, atol=1e-12)
 
 
 def test_a_contact_that_nothing_holds_down_has_no_state():

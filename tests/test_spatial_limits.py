@@ -64,21 +64,6 @@ def test_corners_within_the_hull_of_others_are_left_out_and_change_nothing():
     assert other.record.left_out == ("corners: 3 of 6 are within the hull of the others",) and one.record.left_out == ()
 
 
-def test_the_limit_is_where_safe_slips_end():
-    contact = random_contact(np.random.default_rng(8), 6)
-    limit = fo.shakedown_limit(contact, cycle(), 0.5)
-    below, above = (fo.safe_slip(contact, cycle(), 0.5, limit.load_factor * factor) for factor in (1 - 1e-6, 1 + 1e-6))
-    assert below.exists and not above.exists and below.margin > 0 > above.margin
-    assert below.certificate is None and above.certificate["share"].sum() == pytest.approx(1.0)
-    q, p = limit.reactions
-    assert (np.linalg.norm(q, axis=-1) - 0.5 * p).max() < 1e-12
-    rows = limit.mechanism[limit.mechanism["share"] > 1e-6]
-    on = (np.linalg.norm(q, axis=-1) / (0.5 * p))[rows["corner"], rows["node"]]
-    assert on == pytest.approx(1.0, abs=1e-6)  # what slips is on its circle, and slips against friction
-    along = np.sum(q[rows["corner"], rows["node"]] * rows[["slip1", "slip2"]].to_numpy(), axis=1)
-    assert along == pytest.approx(-np.linalg.norm(q[rows["corner"], rows["node"]], axis=1), rel=1e-6)
-
-
 @pytest.mark.parametrize("idle", [[0], [0, 1, 2]])
 def test_a_load_that_presses_some_nodes_and_leaves_others_alone_has_no_limit(idle):
     contact = random_contact(np.random.default_rng(4), 3)
@@ -87,17 +72,6 @@ def test_a_load_that_presses_some_nodes_and_leaves_others_alone_has_no_limit(idl
     contact = contact.with_bonded({"press": pressed})
     limit = fo.shakedown_limit(contact, fo.LoadCycle({"mean": 1.0}, [{"press": 1.0}, {"press": 0.5}]), 0.5)
     assert limit.kind is fo.LimitKind.UNBOUNDED and limit.residual <= 1e-9 and limit.mechanism.empty
-
-
-@pytest.mark.parametrize("f", [0.0, 1e-3, 0.005])
-def test_little_friction_keeps_nodes_pressed(f):
-    rng = np.random.default_rng(4)
-    contact = random_contact(rng, 3, coupling=0.3)
-    bonded = dict(contact.bonded) | {"mean": np.r_[np.zeros(6), np.ones(3)], "push": np.r_[np.zeros(6), -1.0, 0.5, 0.2]}
-    contact = fo.ContactSystem(contact.S, contact.points, bonded)
-    limit = fo.shakedown_limit(contact, fo.LoadCycle({"mean": 1.0}, [{"push": 1.0}, {}]), f)
-    q, p = limit.reactions
-    assert limit.residual <= 1e-9 and p.min() > -1e-9 and (np.linalg.norm(q, axis=-1) - f * p).max() < 1e-9
 
 
 def unlike(seed):

@@ -7,25 +7,7 @@ import pytest
 import frictopt as fo
 from frictopt.limits.required_friction import best_pressed
 from spatial import cycle, random_contact, single
-from studies.validation.fuzz.embedded import embedded
-from systems import CYCLE, explained, random_system
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_a_plane_contact_in_space_has_the_answers_of_the_plane(seed):
-    """Slip bound, a constraint on one slip, required friction with a bound, and the constraint in the margin."""
-    rng = np.random.default_rng(seed)
-    flat = random_system(rng, int(rng.integers(1, 5)))
-    solid, along = embedded(flat, rng)
-    f, most = rng.uniform(0.2, 0.8), rng.uniform(0.02, 0.4)
-    pair = [fo.shakedown_limit(contact, CYCLE, f, slip_bound=most) for contact in (flat, solid)]
-    assert pair[0].kind is pair[1].kind and pair[0].load_factor == pytest.approx(pair[1].load_factor, rel=1e-7, nan_ok=True)
-    needed = [fo.required_friction(contact, CYCLE, 0.2, slip_bound=most).required for contact in (flat, solid)]
-    assert needed[0] == pytest.approx(needed[1], rel=2e-5)
-    models = [fo.SafeSlipModel(contact, CYCLE) for contact in (flat, solid)]
-    first = models[0].slip[0], models[1].slip[0] @ along[0]
-    margins = [model.solve(f, 0.3, [slip <= -0.05]).margin for model, slip in zip(models, first, strict=True)]
-    assert margins[0] == pytest.approx(margins[1], abs=1e-7)
+from systems import explained
 
 
 def test_constraints_on_a_contact_with_a_node_without_friction_say_that_nothing_is_safe():
