@@ -350,6 +350,7 @@ FAULTS = (
           "> 0", "fretting"),
     Fault("transients/fretting.py", "the plane across another slip", '"mnab,na,nb->mn", part, way, way', '"mnab,na,nb->mn", part, way, way[:, ::-1]',
           "fretting"),
+    Fault("transients/fretting.py", "the search for the worst plane goes on from one alone", "[-_BEST:]", "[-1:]", "critical_plane"),
     Fault("transients/fretting.py", "the slip range of open nodes", "closed = states.gap <= 0", "closed = states.gap <= 1e9", "fretting"),
     Fault("histories/excursion.py", "no sampled slip is smooth", "if number % 2 else smooth(rng, modes, system)", "",
           "protocols"),

@@ -66,6 +66,28 @@ def test_compression_that_comes_and_goes_has_no_tension():
     assert found["SWT"] == 0 and found["Crossland"] == pytest.approx(0, abs=1e-9) and found["Findley"] == pytest.approx(0, abs=1e-9)
 
 
+@pytest.mark.parametrize("seed", [13, 24, 27, 112])
+def test_no_plane_is_worse_where_stresses_turn(seed):
+    """Of many planes taken at random: loads out of phase have several peaks, some of them nearly as high as the highest."""
+    rng = np.random.default_rng(seed)
+    stress = 100.0 * rng.normal(size=(4, 3, 3))
+    stress += stress.swapaxes(1, 2)
+    planes = rng.normal(size=(40000, 3))
+    planes /= np.linalg.norm(planes, axis=1)[:, None]
+    pairs = np.array(np.triu_indices(4, 1)).T
+
+    def on_planes(tensors):
+        across = planes @ tensors
+        normal = np.sum(across * planes, axis=2)
+        along = across - normal[..., None] * planes
+        return normal, np.max([np.linalg.norm(along[i] - along[j], axis=1) for i, j in pairs], axis=0) / 2
+
+    (sigma, tau), (epsilon, gamma), found = on_planes(stress), on_planes(strain(stress)), parameters(stress)
+    tension = sigma.max(axis=0)
+    assert np.max(tension * np.ptp(epsilon, axis=0) / 2) <= found["SWT"]
+    assert np.max(tau + K * tension) <= found["Findley"] and np.max(2 * gamma * (1 + FS * tension)) <= found["Fatemi_Socie"]
+
+
 def fields_of(model, steady):
     states = steady.states()
     corners = [np.flatnonzero(states.time <= k + 1e-9)[-1] for k in (1, 2)]

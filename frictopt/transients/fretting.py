@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _NOTE = "at the ends of a contact with sharp corners, tractions, F1, F2 and SWT are a property of the mesh; refine it before you compare them"
-_STEP = 10.0  # degrees between the planes that are tried first
-_FINER, _ROUNDS = 0.4, 10  # how much smaller the steps about the best plane become, and how often: at last 0.001 degrees
+_PLANES, _BEST = 800, 20  # planes that are tried first, 5 degrees apart, and the best of them: one alone may be beside a lower peak
+_STEP, _FINER, _ROUNDS = 5.0, 0.4, 10  # degrees of the first steps about them, how much smaller they become, and how often: at last 0.001 degrees
 
 
 def fretting_table(states: Trajectory, work: Array, stress: ArrayLike | None, strain: ArrayLike | None) -> "pd.DataFrame":
@@ -177,14 +177,15 @@ def furthest(values: Array) -> Array:
 
 
 def _worst(value: Callable[[Array], Array]) -> Array:
-    """(1, 3) normal of the plane with the largest value: the best of a grid over the half-sphere, then of ever finer grids about it."""
-    polar, azimuth = (np.radians(part.ravel()) for part in np.meshgrid(np.arange(0, 91, _STEP), np.arange(0, 360, _STEP)))
-    step, around = _STEP, np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)], dtype=float)
-    best = np.column_stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)])
+    """(1, 3) normal of the plane with the largest value: the best of even points on the half-sphere, then of ever finer grids about each of these."""
+    height, turn = (np.arange(_PLANES) + 0.5) / _PLANES, np.pi * (1 + np.sqrt(5)) * np.arange(_PLANES)
+    even = np.column_stack([np.sqrt(1 - height**2) * np.cos(turn), np.sqrt(1 - height**2) * np.sin(turn), height])
+    best, step, around = even[np.argsort(value(even))[-_BEST:]], _STEP, np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)], dtype=float)
     for _ in range(_ROUNDS):
-        best = best[[int(np.argmax(value(best)))]]
-        first = np.cross(best, np.eye(3)[[int(np.argmin(np.abs(best)))]])
-        first /= np.linalg.norm(first)
-        tilted = best + np.tan(np.radians(step)) * (around @ np.concatenate([first, np.cross(best, first)]))
-        best, step = tilted / np.linalg.norm(tilted, axis=1)[:, None], step * _FINER
+        first = np.cross(best, np.eye(3)[np.abs(best).argmin(axis=1)])
+        first /= np.linalg.norm(first, axis=1)[:, None]
+        tilted = best[:, None] + np.tan(np.radians(step)) * (around @ np.stack([first, np.cross(best, first)], axis=1))
+        tilted /= np.linalg.norm(tilted, axis=2)[..., None]
+        most = value(tilted.reshape(-1, 3)).reshape(len(best), -1).argmax(axis=1)
+        best, step = tilted[np.arange(len(best)), most], step * _FINER
     return best[[int(np.argmax(value(best)))]]
