@@ -28,7 +28,7 @@ BELOW = {
 ALLOWED = {  # libraries beyond the standard one, by layer
     "errors": set(),
     "contact": {"numpy", "pandas", "tqdm"},  # pandas where a table is asked for, tqdm where a computation is long
-    "reference": {"numpy"},
+    "reference": {"numpy", "scipy.special"},  # the latter where a series is asked for
     "fem": {"numpy", "scipy", "skfem", "meshio", "pandas", "pyyeti", "ansys"},  # the last four where a file is read
     "scenes": {"numpy", "skfem"},
     "solve": {"numpy", "scipy", "cvxpy", "pandas"},

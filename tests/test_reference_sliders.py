@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.reference import foundation_rod, masing_dissipation, rod_dissipation, rod_end_displacement
+from frictopt.reference import foundation_rod, masing_dissipation, rod_dissipation
 from systems import CYCLE, system
 
 F = 0.3
@@ -28,13 +28,12 @@ def test_rod_closed_forms_equal_the_exact_path_for_any_number_of_nodes(n):
         path = fo.march(rod, cycle, F, F0, initial_slip=start, cycles=6)
         assert path.cycle_work[-1].sum() == pytest.approx(rod_dissipation(F0, EA, tau, h), rel=1e-12, abs=1e-12)
         if not start.any():
-            assert path.slip[-1, 0] == pytest.approx(rod_end_displacement(F0, EA, tau, h), rel=1e-12, abs=1e-12)
+            forces = F0 - tau * h * np.arange(1, int(n) + 1)  # in the rod beside each node that slips
+            assert path.slip[-1, 0] == pytest.approx(h / EA * forces.sum(), rel=1e-12, abs=1e-12)
 
 
-def test_rod_approaches_the_continuum_at_first_and_second_order():
+def test_rod_approaches_the_continuum_at_second_order():
     F0, EA, tau = 1.3, 2.0, 0.7
     n = np.array([8, 64, 512])
-    ends = [1 - rod_end_displacement(F0, EA, tau, F0 / (tau * k)) / rod_end_displacement(F0, EA, tau) for k in n]
     works = [1 - rod_dissipation(F0, EA, tau, F0 / (tau * k)) / rod_dissipation(F0, EA, tau) for k in n]
-    assert ends == pytest.approx(1 / n, rel=1e-9)
     assert works == pytest.approx(1 / n**2, rel=1e-8)

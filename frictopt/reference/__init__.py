@@ -6,20 +6,17 @@ even `lam = 0`). A dissipation is the work of friction in one cycle of the stead
 """
 
 from ..contact import referee
-from .cattaneo_mindlin import LineContact, contact_modulus
 from .corners import CornerMode, bonded_corner, sliding_corner_exponent
 from .half_spaces import half_plane_contact, half_plane_influence, half_space_contact
+from .hertz import LineContact, SphereContact, contact_modulus
 from .order import order_preserving
-from .sliders import foundation_rod, masing_dissipation, rod_dissipation, rod_end_displacement
-from .sphere_contact import SphereContact
-from .two_nodes import TwoNodeLimits, two_node_limits
+from .sliders import foundation_rod, masing_dissipation, rod_dissipation
 from .uncoupled import single_node_dissipation, single_node_limit, smallest_circle, smallest_circle_limit, uncoupled_limit
 
 __all__ = [
     "CornerMode",
     "LineContact",
     "SphereContact",
-    "TwoNodeLimits",
     "bonded_corner",
     "contact_modulus",
     "foundation_rod",
@@ -30,12 +27,10 @@ __all__ = [
     "order_preserving",
     "referee",
     "rod_dissipation",
-    "rod_end_displacement",
     "single_node_dissipation",
     "single_node_limit",
     "sliding_corner_exponent",
     "smallest_circle",
     "smallest_circle_limit",
-    "two_node_limits",
     "uncoupled_limit",
 ]

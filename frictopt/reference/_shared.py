@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact.checks import Array, finite_array, finite_number
-from ..contact.tolerances import ROUNDING
 from ..errors import ModelError
 
 
@@ -27,18 +26,6 @@ def poisson_ratio(name: str, value: float) -> float:
     if (nu := finite_number(name, value, above=-1.0)) > 0.5:
         raise ModelError(f"{name}: {nu:g}; give Poisson's ratio of at most 0.5")
     return nu
-
-
-def least_ratio(strength: Array, demand: Array, terms: Array) -> float:
-    """Largest `lam >= 0` with `lam * demand <= strength` everywhere, `demand >= 0`; inf if every load factor will do, nan if none.
-
-    `terms` is the size of the terms that cancel in `strength`: it tells a strength of zero from a negative one.
-    """
-    if (strength < -ROUNDING * terms).any():
-        return float("nan")
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        ratio = np.where(demand > 0, np.maximum(strength, 0.0) / demand, np.inf)
-    return float(ratio.min())
 
 
 def bisection(function: Callable[[float], float], low: float, high: float) -> float:

@@ -57,61 +57,11 @@ def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
     return float(np.sum(4 * bound * np.maximum(0.0, X - bound / k)))
 
 
-def rod_end_displacement(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
-    """Largest displacement of the pulled end of a rod on a Coulomb foundation, first loading and every cycle alike.
-
-    The end force F0 is taken up by friction over the slip length `F0 / tau`, beyond which the rod is at rest. In a discrete rod the node
-    nearest to the end comes first and `n = F0 / (tau h)` nodes take up the force, the last of them without slip if n is whole. The
-    normal force in the rod then falls by `tau h` a node, and adding up its strains gives, for whole n (any n is accepted)::
-
-        F0^2 / (2 EA tau) (1 - 1/n)
-
-    Parameters
-    ----------
-    F0
-        Amplitude of the end force, force (per depth), not negative.
-    EA
-        Axial stiffness of the rod, force (per depth), positive.
-    tau
-        Friction bound per length, f times the pressure, positive.
-    h
-        Distance of the nodes, length; 0 is the continuous rod, `n = inf`. The rod is longer than the slip length.
-
-    Returns
-    -------
-    float
-        Displacement along the force, length.
-
-    Raises
-    ------
-    ModelError
-        Values that are not real and finite, negative force or distance, stiffness or friction not positive.
-
-    References
-    ----------
-    C.-H. Menq, J. Bielak and J. H. Griffin (1986), The influence of microslip on vibratory response, Journal of Sound and Vibration 107, 279-293:
-    the continuous rod, on a foundation that yields before it slips; the discrete one is the sum above.
-
-    Examples
-    --------
-    >>> from frictopt.reference import rod_end_displacement
-    >>> rod_end_displacement(F0=1.0, EA=1.0, tau=0.5)
-    1.0
-    >>> rod_end_displacement(F0=1.0, EA=1.0, tau=0.5, h=1.0)
-    0.5
-    """
-    F0, EA, tau, h = _rod(F0, EA, tau, h)
-    if h == 0:
-        return F0**2 / (2 * EA * tau)
-    m = floor(F0 / (tau * h))  # nodes that slip; one too many or too few at a whole n adds nothing
-    return h / EA * (m * F0 - tau * h * m * (m + 1) / 2)
-
-
 def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
     """Work of friction in one cycle of a rod on a Coulomb foundation whose end is pulled to and fro by a force of amplitude F0.
 
-    Each node travels twice its largest displacement to and fro (see `rod_end_displacement`) against `tau h`. For `n = F0 / (tau h)` nodes that take
-    up the force, n whole (any n is accepted)::
+    The end force is taken up by friction over the slip length `F0 / tau`, beyond which the rod is at rest: by `n = F0 / (tau h)` nodes, the last of
+    them without slip if n is whole. Each travels twice its largest displacement to and fro against `tau h`. For whole n (any n is accepted)::
 
         W = 2 F0^3 / (3 EA tau) (1 - 1/n^2)
 
@@ -147,10 +97,11 @@ def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
     >>> rod_dissipation(F0=1.0, EA=1.0, tau=0.5, h=1.0)
     1.0
     """
-    F0, EA, tau, h = _rod(F0, EA, tau, h)
+    F0, h = finite_number("F0", F0, least=0.0), finite_number("h", h, least=0.0)
+    EA, tau = finite_number("EA", EA, above=0.0), finite_number("tau", tau, above=0.0)
     if h == 0:
         return 2 * F0**3 / (3 * EA * tau)
-    m = floor(F0 / (tau * h))
+    m = floor(F0 / (tau * h))  # nodes that slip; one too many or too few at a whole n adds nothing
     displacements = h / EA * (F0 * m * (m + 1) / 2 - tau * h * m * (m + 1) * (2 * m + 1) / 6)  # added up over the nodes
     return 4 * tau * h * displacements
 
@@ -199,8 +150,3 @@ def foundation_rod(nodes: int, EA: float, h: float) -> dict[str, Any]:
         bonded={"pressure": (none, np.full(N, h)), "force": (-np.eye(N)[0], none)},
         gap=none,
     )
-
-
-def _rod(F0: float, EA: float, tau: float, h: float) -> tuple[float, float, float, float]:
-    F0, h = finite_number("F0", F0, least=0.0), finite_number("h", h, least=0.0)
-    return F0, finite_number("EA", EA, above=0.0), finite_number("tau", tau, above=0.0), h

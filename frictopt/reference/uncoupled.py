@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from ..contact.checks import Array, finite_array, finite_number
 from ..contact.tolerances import ROUNDING
 from ..errors import ModelError
-from ._shared import least_ratio, per_node
+from ._shared import per_node
 
 
 def uncoupled_limit(q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, f: ArrayLike, *, d: ArrayLike = 0.0) -> float:
@@ -59,11 +59,12 @@ def uncoupled_limit(q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, 
     if (f * np.abs(d) >= 1).any():
         node = int(np.argmax(f * np.abs(d)))
         raise ModelError(f"f: {f[node]:g} at node {node} is not below the critical friction 1/|d| = {1 / abs(d[node]):g}; give less of either")
-    return least_ratio(
-        strength=f * (p0 - d * q0),
-        demand=np.maximum(np.abs(q1 - f**2 * d * p1), f * np.abs(p1 - d * q1)),
-        terms=f * (np.abs(p0) + np.abs(d * q0)),
-    )
+    strength, terms = f * (p0 - d * q0), f * (np.abs(p0) + np.abs(d * q0))  # the size of what cancels tells a strength of zero from a negative one
+    if (strength < -ROUNDING * terms).any():
+        return float("nan")
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        ratio = np.maximum(strength, 0.0) / np.maximum(np.abs(q1 - f**2 * d * p1), f * np.abs(p1 - d * q1))
+    return float(np.nanmin(ratio, initial=np.inf))
 
 
 def single_node_limit(A: float, B: float, q0: float, p0: float, q1: float, p1: float, f: float) -> float:

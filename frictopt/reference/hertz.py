@@ -1,7 +1,7 @@
-"""A cylinder pressed on a half-plane and under alternating shear: the contact of Hertz, Cattaneo and Mindlin."""
+"""A cylinder or a sphere that is pressed on a flat body and sheared to and fro: contacts of Hertz, Cattaneo, Mindlin and Deresiewicz."""
 
-from dataclasses import dataclass, fields
-from math import log1p, pi, sqrt
+from dataclasses import dataclass
+from math import pi, sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -45,8 +45,33 @@ def contact_modulus(E1: float, nu1: float, E2: float, nu2: float) -> float:
     return 1 / ((1 - poisson_ratio("nu1", nu1) ** 2) / E1 + (1 - poisson_ratio("nu2", nu2) ** 2) / E2)
 
 
+class _Round:
+    """Base of round bodies: fields are positive numbers, and Poisson's ratio."""
+
+    P: float
+    f: float
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            object.__setattr__(self, name, poisson_ratio(name, value) if name == "nu" else finite_number(name, value, above=0.0))
+
+    def _share(self, name: str, Q: float) -> float:
+        """Size of a shear force over its bound, below 1."""
+        share = abs(finite_number(name, Q)) / (self.f * self.P)
+        if share >= 1:
+            raise ModelError(f"{name}: {Q:g}; the body slides, give a shear force below f P = {self.f * self.P:g}")
+        return share
+
+
+def _work(a: float, x: float) -> float:
+    """The sum `x^3 / 6 (1 + a x / 2 + ...)` of a work of friction at the share x of the shear force; its closed form loses digits of a small x."""
+    from scipy.special import hyp2f1  # here, because other closed forms need numpy alone
+
+    return x**3 / 6 * float(hyp2f1(a, 2, 4, x))
+
+
 @dataclass(frozen=True)
-class LineContact:
+class LineContact(_Round):
     """Cylinder on a half-plane of similar material, under a constant normal force and a shear force that starts from zero.
 
     Similar are materials whose shear does not change the pressure (`B = 0`), two equal ones above all. Methods take a shear force Q, the
@@ -89,10 +114,6 @@ class LineContact:
     R: float
     E_star: float
     f: float
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            object.__setattr__(self, field.name, finite_number(field.name, getattr(self, field.name), above=0.0))
 
     @property
     def half_width(self) -> float:
@@ -143,10 +164,7 @@ class LineContact:
 
             W = 4 f^2 P^2 / (pi E_star) (z - z^2 / 2 + (1 - z) log(1 - z))
         """
-        z = self._share("Q0", Q0)
-        # For a small share the three terms cancel to z^3 / 6: add up what is left of them.
-        bracket = z - z**2 / 2 + (1 - z) * log1p(-z) if z > 0.1 else sum(z**k / (k * (k - 1)) for k in range(3, 25))
-        return 4 * (self.f * self.P) ** 2 / (pi * self.E_star) * bracket
+        return 4 * (self.f * self.P) ** 2 / (pi * self.E_star) * _work(1.0, self._share("Q0", Q0))
 
     def worn_depth(self, x: ArrayLike, Q0: float) -> Array:
         """Depth worn off at x, length, any shape, once shear between `-Q0` and `Q0` has worn the cylinder in.
@@ -160,11 +178,101 @@ class LineContact:
         depth: Array = np.maximum(a**2 * np.arccosh(far / c) - far * np.sqrt(far**2 - c**2), 0.0) / (2 * self.R)
         return depth
 
-    def _share(self, name: str, Q: float) -> float:
-        share = abs(finite_number(name, Q)) / (self.f * self.P)
-        if share >= 1:
-            raise ModelError(f"{name}: {Q:g}; the cylinder slides, give a shear force below f P = {self.f * self.P:g}")
-        return share
+
+@dataclass(frozen=True)
+class SphereContact(_Round):
+    """Sphere on a half-space of the same material, under a constant normal force and a shear force that starts from zero.
+
+    Slip across the direction of the force, which Poisson's ratio causes, is neglected as it is in the sources; the solution is exact for `nu = 0`.
+
+    Parameters
+    ----------
+    P
+        Normal force, positive.
+    R
+        Radius of the sphere, length, positive.
+    E
+        Young's modulus of both bodies, force per area, positive.
+    nu
+        Poisson's ratio of both bodies, above -1 and at most 0.5.
+    f
+        Coefficient of friction, positive.
+
+    Raises
+    ------
+    ModelError
+        Values that are not real and finite, or out of range.
+
+    References
+    ----------
+    R. D. Mindlin and H. Deresiewicz (1953), Elastic spheres in contact under varying oblique forces, Journal of Applied Mechanics 20, 327-344.
+    K. L. Johnson (1985), Contact Mechanics, Cambridge University Press, sections 4.2 and 7.4. V. L. Popov (2014), Analytic solution for the limiting
+    shape of profiles due to fretting wear, Scientific Reports 4, 3749: the worn sphere.
+
+    Examples
+    --------
+    >>> from frictopt.reference import SphereContact
+    >>> ball = SphereContact(P=1.0, R=1.0, E=1.0, nu=0.0, f=0.5)
+    >>> round(ball.half_width, 9), round(ball.dissipation(0.25), 9)
+    (1.144714243, 0.009229495)
+    """
+
+    P: float
+    R: float
+    E: float
+    nu: float
+    f: float
+
+    @property
+    def half_width(self) -> float:
+        """Radius a of the contact, length: `a^3 = 3 P R / (4 E*)` with `E* = E / (2 (1 - nu^2))`."""
+        return float((1.5 * self.P * self.R * (1 - self.nu**2) / self.E) ** (1 / 3))
+
+    @property
+    def peak_pressure(self) -> float:
+        """Largest pressure, `3 P / (2 pi a^2)`."""
+        return float(1.5 * self.P / (pi * self.half_width**2))
+
+    def dissipation(self, Q: float) -> float:
+        """Work of friction per cycle of the shear force between -Q and Q, force times length.
+
+        With `x = Q / (f P)` and the shear modulus G of both bodies::
+
+            W = 9 f^2 P^2 / (10 a) * 2 (2 - nu) / G * {1 - (1 - x)^(5/3) - (5 x / 6) [1 + (1 - x)^(2/3)]}
+
+        Parameters
+        ----------
+        Q
+            Amplitude of the shear force, below f P.
+
+        Raises
+        ------
+        ModelError
+            Q not below f P, where the sphere slides.
+        """
+        shear_modulus = self.E / (2 * (1 + self.nu))
+        unit = 2 * (2 - self.nu) / shear_modulus * (self.f * self.P) ** 2 / self.half_width
+        return 0.9 * unit * 5 / 27 * _work(4 / 3, self._share("Q", Q))
+
+    def worn_depth(self, r: ArrayLike, Q: float) -> Array:
+        """Depth worn off at distance r from the middle, length, any shape, once shear between -Q and Q has worn the sphere in.
+
+        The stick zone stays, and in the end it carries the whole force: the sphere indents by d more, as a flat punch of radius c does. With
+        `c = a (1 - Q / (f P))^(1/3)` and `d = 2 (a^3 - c^3) / (3 R c)` (Popov 2014), outside of c and where it is positive::
+
+            h = c^2/R + d - r^2/(2R) - ((2 c^2 - r^2) arcsin(c/r) + r c sqrt(1 - c^2/r^2)) / (pi R) - (2 d / pi) arcsin(c/r)
+
+        Raises
+        ------
+        ModelError
+            Q not below f P, or r that is not real and finite.
+        """
+        a, R, place = self.half_width, self.R, np.abs(finite_array("r", r))
+        c = a * (1 - self._share("Q", Q)) ** (1 / 3)
+        d, far = 2 * (a**3 - c**3) / (3 * R * c), np.maximum(place, c)
+        angle = np.arcsin(c / far)
+        lifted = ((2 * c**2 - far**2) * angle + c * np.sqrt(far**2 - c**2)) / (pi * R)
+        return np.where(place > c, np.maximum(c**2 / R + d - far**2 / (2 * R) - lifted - 2 * d / pi * angle, 0.0), 0.0)
 
 
 def _ellipse(x: Array, half_width: float) -> Array:
