@@ -13,8 +13,7 @@ def followed(*asked, cycles=0, keep=False):
     path = ExactPath(*asked)
     path = path.recorded() if keep else path
     path.start()
-    for _ in range(cycles):
-        path.run_cycle()
+    path.follow(path.legs * cycles)
     return path
 
 

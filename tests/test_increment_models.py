@@ -102,7 +102,7 @@ def test_booleans_are_not_believed_before_the_referee(monkeypatch):
         return outcome
 
     monkeypatch.setattr(policy, "_run", wrong)
-    monkeypatch.setattr(increment, "CORRECTIONS", 0)
+    monkeypatch.setattr(increment, "_CORRECTIONS", 0)
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         ExactIncrement(contact, friction).solve(slip, load)
 

@@ -23,10 +23,8 @@ def ordered_system(rng, nodes):
 
 def violation(contact, friction, load_factor, low, high):
     """Largest excess of the slips from the lower start over those from the upper one, at the corners; None where a node opens."""
-    paths = [ExactPath(contact, CYCLE, friction, load_factor, start) for start in (low, high)]
+    paths = [ExactPath(contact, CYCLE, friction, load_factor, start).start() for start in (low, high)]
     most = -np.inf
-    for path in paths:
-        path.start()
     for _ in range(4):
         for number in range(2):
             for path in paths:

@@ -34,7 +34,7 @@ def drifts(contact, cycles):
     path = followed(contact, CYCLE, FRICTION, LOAD_FACTOR)
     states = []
     for _ in range(cycles):
-        path.run_cycle()
+        path.follow(path.legs)
         states.append(path.state.u.copy())
     return np.array(states), path.length
 

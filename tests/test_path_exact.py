@@ -27,7 +27,7 @@ def test_an_initial_gap_closes_when_the_bodies_meet():
     contact = system(np.eye(2), np.zeros((2, 2)), 0.0, (1.0, 1.0), 0.0, (0.5, 0.5), C=np.eye(2), gap=[0.0, 1.2])
     path = followed(contact, CYCLE, 0.3, 1.0, keep=True)
     assert path.state.status[1] == 2 and path.state.u[3] + 1.2 == pytest.approx(0.2)
-    path.run_cycle()  # ends at p^w = 1.5
+    path.follow(path.legs)  # ends at p^w = 1.5
     assert path.state.status[1] != 2 and path.state.r[3] == pytest.approx(0.3)
 
 

@@ -24,8 +24,7 @@ def test_the_derivative_of_a_cycle_of_increments_is_that_of_differences(seed, ra
     rng = np.random.default_rng(seed)
     contact = random_contact(rng, 4)
     load_factor = ratio * fo.shakedown_limit(contact, cycle(), 0.5).load_factor
-    path = path_of(contact, cycle(), 0.5, load_factor, 0.3 * rng.normal(size=(4, 2)), steps=5)
-    path.start()
+    path = path_of(contact, cycle(), 0.5, load_factor, 0.3 * rng.normal(size=(4, 2)), steps=5).start()
     state, path = settled(path)
     assert state.outcome is fo.Outcome.CYCLIC_SLIP and np.isinf(state.step_error)
     one = increment_map(path)

@@ -147,9 +147,7 @@ def increment_map(path: SteppedPath) -> ReturnMap:
     NoContinuation, SolverError
         An increment has no valid answer.
     """
-    begin, follower, points = path.state, copy(path), list[Point]()
-    for leg in path.legs:
-        points += follower.follow_to(*leg)
+    begin, points = path.state, copy(path).follow(path.legs)
     n, m, S, f = path.nodes, len(begin.u), path.system.S, path.friction
     D = np.diag(np.r_[np.ones(m - n), np.zeros(n)])  # a gap follows from the slips of the others
     gradient, derivatives, previous = np.zeros(m), [], begin

@@ -20,7 +20,7 @@ from ..transients import march, steady_state
 NO_OUTCOME = "NO_CONTINUATION"
 _BELOW = 0.98  # load factor of the test below the limit, on the way to it from the least safe load factor
 _MOVED = 1e-3  # largest change of the slip of a moved witness, over its largest slip
-_SMALL_LOAD = 0.02  # load factor just above the least safe one, on the way to lambda_2, or over the load unit
+_SMALL_LOAD = 0.02  # load factor just above the least safe one, on the way to lambda_2 or to where cyclic reactions reach the mean pressures
 _NEAR = 0.9, 1.1  # multiples of that load factor that are tested: if the load presses the contact, less load can be worse
 _VERTICES = 0.2  # share of the starts at vertices of the set of safe slips; as many starts are beyond these vertices
 _BEYOND = 3.0  # largest multiple of a vertex that is a start
@@ -109,10 +109,10 @@ def verify(limit: GuaranteedLimit, cycle: LoadCycle, starts: int, moved: int, ab
             f"guaranteed limit {limit.load_factor:g} between the least safe load factor {least:g} and lambda_2 = "
             f"{limit.shakedown.load_factor:g}; there is no load to test at"
         )
-    forces = cycle.unscaled_reactions(system)[1], *cycle.corner_reactions(system)  # the mean load may press nothing
-    force = next(size for size in (float(np.abs(part).mean()) for part in forces) if size > 0)
-    size = float(np.abs(limit.slip).max()) or force / system.stiffness_scale
-    small = least + _SMALL_LOAD * _range(cycle, limit)
+    pressure = float(np.abs(cycle.unscaled_reactions(system)[1]).mean())  # the mean load may press nothing
+    largest = max(float(np.abs(part).max()) for part in cycle.corner_reactions(system))
+    size = float(np.abs(limit.slip).max()) or (pressure or largest) / system.stiffness_scale
+    small = least + _SMALL_LOAD * min(limit.shakedown.load_factor - least, pressure / largest)
     next_to = limit.witness_above_least(small) if small > least else None
     high = above * limit.load_factor if next_to is None else small
     changes = _MOVED * size * rng.uniform(-1.0, 1.0, (moved, *system.slip_shape))
@@ -130,13 +130,6 @@ def left_by_overload(limit: GuaranteedLimit, cycle: LoadCycle, load_factor: floa
     """The largest slip that one cycle at a load factor leaves in a contact that has not slipped before, length."""
     path = march(limit.system, cycle, limit.friction, load_factor, cycles=1)
     return float(np.linalg.norm(path.slip[-1].reshape(limit.system.nodes, -1), axis=1).max())
-
-
-def _range(cycle: LoadCycle, limit: GuaranteedLimit) -> float:
-    """Length of the interval of safe load factors, or the load factor at which the cyclic reactions reach the mean pressures if that is less."""
-    force = float(np.abs(cycle.unscaled_reactions(limit.system)[1]).mean())
-    largest = max(float(np.abs(part).max()) for part in cycle.corner_reactions(limit.system))
-    return min(limit.shakedown.load_factor - limit.least, force / largest)
 
 
 def _starts(

@@ -90,8 +90,7 @@ class Search:
         """
         self.transients += 1
         try:
-            path = path_of(*self._asked, start, steps=self._steps)
-            path.start()
+            path = path_of(*self._asked, start, steps=self._steps).start()
             run, found = Run(path, _CYCLES), None
             while found is None:
                 found = run.advance()

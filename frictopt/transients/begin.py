@@ -1,10 +1,10 @@
 """A transient before its first cycle: its loads, the state that it begins at, and its scales of forces and slips."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -169,8 +169,11 @@ class Transient(ABC):
         """Set the state that the transient begins at, and what follows it."""
 
     @abstractmethod
-    def follow_to(self, bonded: Array, where: str) -> object:
-        """Follow the transient in a straight line to other bonded reactions (M,); `where` begins the error that says it ends there."""
+    def follow_to(self, bonded: Array, where: str) -> Sequence[Any]:
+        """Follow the transient in a straight line to other bonded reactions (M,); `where` begins the error that says it ends there.
+
+        Returns the states in increments, none of the exact path.
+        """
 
     @abstractmethod
     def cycle_on(self, count: int) -> Cycle:
@@ -186,15 +189,19 @@ class Transient(ABC):
         mean = f"{mean_load_diagnosis(self.system, self.cycle, self.friction)}; " if self.visited < 0 else ""
         return f"there {forces}; {mean}hold the body by supports, press it more, or load it less"
 
-    def start(self, overload: float | None = None) -> None:
+    def follow(self, legs: Iterable[tuple[Array, str]]) -> list[Any]:
+        """Follow the transient through some `legs`, see `follow_to`."""
+        return [state for leg in legs for state in self.follow_to(*leg)]
+
+    def start(self, overload: float | None = None) -> Self:
         """Follow the transient to the mean load, or from an earlier state to the end of its cycle; then through a cycle at another load factor."""
-        for leg in self.begun:
-            self.follow_to(*leg)
+        self.follow(self.begun)
         if overload is not None:
-            corners = list(self._unscaled + overload * self._cyclic)
+            corners = self._unscaled + overload * self._cyclic
             self.check_near("overload", corners)
-            for number in self.turns if self.cycle.fixed is None else range(len(corners)):
-                self.follow_to(corners[number], f"the overload's segment to the corner ({self.cycle.corner_names[number]})")
+            numbers = self.turns if self.cycle.fixed is None else range(len(corners))
+            self.follow((corners[number], f"the overload's segment to the corner ({self.cycle.corner_names[number]})") for number in numbers)
+        return self
 
     def check_near(self, name: str, stress: ArrayLike) -> float:
         """Check that reactions (M,) are not so large that their rounding hides the loads; return their ratio to the loads.

@@ -1,7 +1,7 @@
 """What frets where: a steady cycle, node by node, in the words of fretting fatigue, and its parameters on critical planes."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -61,13 +61,6 @@ def _axes(values: Array) -> Array:
     return values if values.ndim == 3 else values[..., None]
 
 
-@runtime_checkable
-class _Fields(Protocol):
-    """Fields in the bodies that know their tensors at the contact."""
-
-    def tensors_at_contact(self, side: int) -> tuple[Array, Array]: ...
-
-
 def worst_planes(fields: object, side: int, weights: Mapping[str, float]) -> dict[str, Array]:
     """Columns of a table from fields at the states of one cycle, or a list of such lists: at each node and for each parameter the worst cycle.
 
@@ -76,9 +69,9 @@ def worst_planes(fields: object, side: int, weights: Mapping[str, float]) -> dic
     ModelError
         No such fields.
     """
-    given = listed("fields", fields)
-    cycles = [given] if given and isinstance(given[0], _Fields) else [listed("fields", cycle) for cycle in given]
-    if not cycles or not all(cycle and all(isinstance(state, _Fields) for state in cycle) for cycle in cycles):
+    tensors, given = "tensors_at_contact", listed("fields", fields)
+    cycles = [given] if given and hasattr(given[0], tensors) else [listed("fields", cycle) for cycle in given]
+    if not cycles or not all(cycle and all(hasattr(state, tensors) for state in cycle) for cycle in cycles):
         raise ModelError("fields: give fields of ContactModel.recover at the states of a cycle, or a list of such lists, one for each steady cycle")
     found = [_columns(cycle, side, weights) for cycle in cycles]
     worst = {name: np.max([one[name] for one in found], axis=0) for name in ("SWT", "Findley", "Fatemi_Socie", "Crossland")}
@@ -87,7 +80,7 @@ def worst_planes(fields: object, side: int, weights: Mapping[str, float]) -> dic
     return {**worst, **ends}
 
 
-def _columns(cycle: Sequence[_Fields], side: int, weights: Mapping[str, float]) -> dict[str, Array]:
+def _columns(cycle: Sequence[Any], side: int, weights: Mapping[str, float]) -> dict[str, Array]:
     stress, strain = (np.array(parts) for parts in zip(*(state.tensors_at_contact(side) for state in cycle), strict=True))
     rows = [critical_planes(stress[:, node], strain[:, node], **weights) for node in range(stress.shape[1])]
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}

@@ -1,6 +1,6 @@
 """Transients, by the exact path or in increments: the states over a number of load cycles, and that under the mean load alone."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from time import perf_counter
 from typing import Literal
 
@@ -16,7 +16,7 @@ from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError, NoContinuation, SolverError
 from .begin import OPEN
 from .exact import ExactPath
-from .stepped import ENGINES, SteppedPath, doubts
+from .stepped import ENGINES, SteppedPath, apart, doubts
 from .trajectory import Trajectory
 
 
@@ -89,15 +89,27 @@ def march(
     flag("progress", progress)
     asked = system, cycle, friction, load_factor, initial_slip, initial_state
     path = path_of(*asked, steps, engine)
+
+    def followed(path: SteppedPath) -> list[Array]:
+        points = [path.state, *path.follow(path.begun)]
+        for _ in range(cycles):
+            points += path.follow(path.legs)
+            bar.update()
+        return [np.array(values) for values in zip(*points, strict=True)]
+
+    begun = path.visited
     if isinstance(path, ExactPath):
-        path, error = path.recorded(), 0.0
-        time, bonded, u, r, status, work = _exactly(path, cycles)
+        path, error, legs = path.recorded(), 0.0, path.begun + path.legs * cycles
+        loads = np.array([path.bonded, *(load for load, _ in legs)])
+        path.follow(legs)
+        time, u, r, status, work = path.states()
+        bonded = np.array([np.interp(time, begun + np.arange(len(loads)), values) for values in loads.T]).T
     else:
         with bar_of(progress, "march", "cycle", total=(1 + len(path.coarser)) * cycles, delay=2) as bar:
             coarse = [SteppedPath("newton", count, *asked) for count in path.coarser]  # the quickest way
-            begun = path.visited
-            bonded, u, r, status, work, _ = _followed(path, cycles, bar.update)
-            error = max([_apart(u[:: path.steps], other, cycles, bar.update) for other in coarse], default=np.inf)
+            bonded, u, r, status, work, _ = followed(path)
+            at_stops = u[:: path.steps, : -path.nodes]
+            error = max(apart(coarse, lambda other: float(np.abs(at_stops - followed(other)[1][:: other.steps, : -other.nodes]).max())))
         *lost, bound = doubts(path.friction, u, r)
         ways = [float((one / np.where(bound > 0, bound, np.inf)).sum(axis=0).max()) for one in lost]
         error = max(error, float(np.sqrt(np.prod(ways)))) / path.length  # and the slip that may be missed within the increments
@@ -137,36 +149,6 @@ def amplitudes_at(system: ContactSystem, cycle: LoadCycle, load_factor: float, t
     none = 0.0 if first else np.nan
     stops = [[load.get(case, 0.0 if number else none) for case in system.bonded] for number, load in enumerate(loads)]
     return np.array([np.interp(time, begin + np.arange(len(stops)), column) for column in np.transpose(stops)]).T
-
-
-def _exactly(path: ExactPath, cycles: int) -> tuple[Array, ...]:
-    """Times, loads, `u`, `r`, status and work at all events of the exact path."""
-    loads, first = np.array([path.bonded, *(load for load, _ in path.begun + path.legs * cycles)]), path.visited
-    path.start()
-    for _ in range(cycles):
-        path.run_cycle()
-    time, *states = path.states()
-    stations = first + np.arange(len(loads), dtype=np.float64)
-    return time, np.array([np.interp(time, stations, values) for values in loads.T]).T, *states
-
-
-def _followed(path: SteppedPath, cycles: int, tell: Callable[[], object]) -> list[Array]:
-    """Loads, `u`, `r`, status, work and way of all states of a transient in increments, the initial one first."""
-    points, corners = [path.state], len(path.corners)
-    for number, leg in enumerate(path.begun + path.legs * cycles):
-        points += path.follow_to(*leg)
-        if number % corners == 0:
-            tell()
-    return [np.array(values) for values in zip(*points, strict=True)]
-
-
-def _apart(ends: Array, coarse: SteppedPath, cycles: int, tell: Callable[[], object]) -> float:
-    """Largest distance of the slip at the mean load and the corners from that of fewer increments; inf where these have no answer."""
-    try:
-        others = _followed(coarse, cycles, tell)[1][:: coarse.steps]
-    except (NoContinuation, SolverError):
-        return np.inf
-    return float(np.abs(ends - others)[:, : -coarse.nodes].max())
 
 
 def path_of(
@@ -212,7 +194,7 @@ def mean_state(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> 
     NoContinuation, SolverError
         Nothing holds the contact on the way, or an increment has no answer that passes the checks.
     """
-    path = _settled(system, cycle, friction)
+    path = path_of(system, cycle, friction, 0.0).start()
     slip, _ = parted(path.state.u, system.tangents + 1)
     return ContactState(slip, _gap(path), *system.reaction(cycle.mean), next_loads=cycle.corner_names[0])
 
@@ -228,10 +210,10 @@ def open_at_rest(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -
         See `mean_state`.
     """
     try:
-        path = _settled(system, cycle, friction)
+        path = path_of(system, cycle, friction, 0.0).start()
     except NoContinuation as end:
         try:
-            path = _settled(system, cycle, friction, "newton")
+            path = path_of(system, cycle, friction, 0.0, engine="newton").start()
         except SolverError:
             raise end from None
     opened = _gap(path) > 0
@@ -239,12 +221,6 @@ def open_at_rest(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -
         path.follow_to(*leg)
         opened &= _gap(path) > 0
     return opened
-
-
-def _settled(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, engine: str | None = None) -> ExactPath | SteppedPath:
-    path = path_of(system, cycle, friction, 0.0, engine=engine)
-    path.start()
-    return path
 
 
 def _gap(path: ExactPath | SteppedPath) -> NDArray[np.float64]:

@@ -124,18 +124,6 @@ class SteadyState(Recorded, Plotted):
         """How the transient was followed: "path", exactly, or "newton", in increments."""
         return "newton" if self.steps else "path"
 
-    @property
-    def uniqueness(self) -> str:
-        """Whether another transient may follow from the same start, in words."""
-        if self.steps:
-            return "not known: the states obey the contact law at the end of each increment"
-        if self.unproven == 0:
-            return "proven: no other transient follows from this start"
-        return (
-            f"not proven at {self.unproven} events: this transient and its steady state obey the contact law, but from the same start there may be "
-            "another with another outcome"
-        )
-
     def to_frame(self) -> "pd.DataFrame":
         """The DataFrame of the nodes: columns node, x, slip, open, dissipation (work of friction per cycle); in space x, y, z, slip1, slip2."""
         columns = {"node": range(len(self.gap)), **places(self.system), **components("slip", self.slip), "open": self.open}
@@ -282,5 +270,5 @@ class SteadyState(Recorded, Plotted):
         return table.assign(**planes)
 
     def _answer(self) -> Mapping[str, object]:
-        last = "uniqueness" if self.engine == "path" else "step_error"
+        last = "unproven" if self.engine == "path" else "step_error"
         return {name: getattr(self, name) for name in ("outcome", "dissipation", "cycles", "residual", last)}

@@ -1,15 +1,24 @@
 """Gross sliding: a rigid motion of the bodies that friction cannot stop."""
 
+from contextlib import suppress
+from typing import NamedTuple
+
 import numpy as np
 
 from ..contact.checks import Array
 from ..contact.system import ContactSystem
-from ..contact.tolerances import COUNTS, RESIDUAL
-from ..errors import NoContinuation
+from ..contact.tolerances import COUNTS
+from ..errors import NoContinuation, SolverError
 
-_DIRECTIONS = 64  # in space, corners of the polygon around the friction circle, which exceeds it by 0.12 % there
 _WITHIN, _PROJECTIONS = 0.99, 50  # of the friction, so that a projection comes to lie within it; at most
 _EVEN = 0.5  # a motion whose mean is at least so large a part of it is a slide, else a turn
+
+
+class _Motion(NamedTuple):
+    """A rigid motion, and how far it goes beyond `w >= f |v|`, over its largest part."""
+
+    phi: Array
+    residual: float
 
 
 def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array]) -> None:
@@ -17,9 +26,8 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
 
     A motion phi = (v, w) that strains nothing, S phi = 0, has the work `phi . r = phi . r^w` with the reactions of every state. Where `w >= f |v|`
     at all nodes, contact forces have no negative work in it (`p >= 0`, `|q| <= f p`). So a load with `phi . r^w < 0` has no state: this proves gross
-    sliding, turning over or lift-off, whatever the slip and the history. Where no forces within friction are found that balance the load, two
-    motions are tried: a slide of body 1 as a whole against the shear of the load, and that of a linear program with a polygon around each friction
-    circle.
+    sliding, turning over or lift-off, whatever the slip and the history. Where no forces within friction are found that balance the load, a cone
+    program looks for the smallest motion of negative work.
 
     Parameters
     ----------
@@ -47,29 +55,25 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
             beyond[name] = load
     if not beyond:
         return
-    from scipy.optimize import linprog  # here, for loads that friction bears need none
+    import cvxpy as cp  # here, for loads that friction bears need no program
 
-    motions = V.reshape(-1, system.nodes, V.shape[1])
-    v, w = motions[:-1], motions[-1]
-    angles = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
-    circle = np.column_stack([np.cos(angles), np.sin(angles)]) / np.cos(np.pi / _DIRECTIONS)
-    edges = (1 + COUNTS) * (np.array([[1.0], [-1.0]]) if len(v) == 1 else circle)
-    rough = friction > 0
-    needed = np.einsum("da,ank,n->ndk", edges, v[:, rough], friction[rough]) - w[rough][:, None]
-    rows = np.concatenate([needed.reshape(-1, V.shape[1]), -w])
-    frames, normal = system.frames, system.frames[:, -1].mean(axis=0)
+    from ..solve.solvers import solve
+
+    share, work = cp.Variable(V.shape[1]), cp.Parameter(V.shape[1])
+    *v, w = (part @ share for part in V.reshape(-1, system.nodes, V.shape[1]))
+    opposed = cp.multiply((1 + COUNTS) * friction, cp.norm(cp.vstack(v), axis=0)) <= w
+    problem = cp.Problem(cp.Minimize(cp.sum_squares(share)), [opposed, work @ share == -1])
+
+    def claimed() -> _Motion:
+        phi = V @ share.value
+        *slid, lifted = phi.reshape(-1, system.nodes)
+        return _Motion(phi, float((friction * np.linalg.norm(slid, axis=0) - lifted).max()) / (float(np.abs(phi).max()) or 1.0))
+
     for name, load in beyond.items():
-        force = float(np.abs(load).max()) or 1.0
-        pull = np.einsum("an,nak->k", load.reshape(-1, system.nodes), frames)
-        pull = pull - (pull @ normal) * normal / max(normal @ normal, RESIDUAL)
-        slide = (frames @ (friction.max() * normal - pull / (np.linalg.norm(pull) or 1.0))).T.ravel()  # as a whole, rising by the largest friction
-        parts = V.T @ slide
-        rigid = np.abs(V @ parts - slide).max() <= RESIDUAL * np.abs(slide).max()
-        for found in (parts * rigid, linprog(V.T @ load / force, rows, np.zeros(len(rows)), bounds=(-1, 1)).x):
-            phi = np.zeros(len(load)) if found is None else V @ found
-            *slid, lifted = phi.reshape(-1, system.nodes)
-            reserve = float((lifted - friction * np.linalg.norm(slid, axis=0)).min())
-            if phi @ load < -COUNTS * np.abs(phi) @ np.abs(load) and reserve >= -RESIDUAL * np.abs(phi).max():
+        work.value = V.T @ load / (float(np.abs(load).max()) or 1.0)
+        with suppress(SolverError):
+            phi = solve(problem, claimed)[0].phi
+            if phi @ load < -COUNTS * np.abs(phi) @ np.abs(load):
                 raise NoContinuation(_sentence(system, name, load, phi))
 
 

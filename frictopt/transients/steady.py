@@ -13,12 +13,12 @@ from ..contact.parts import parted
 from ..contact.progress import bar_of
 from ..contact.result import SolveRecord
 from ..contact.tolerances import RESIDUAL, ROUNDING
-from ..errors import NoContinuation, SolverError
+from ..errors import SolverError
 from .cycles import Run, Settled
 from .judge import returns_after
 from .march import path_of
 from .outcome import SteadyState
-from .stepped import SteppedPath, doubts
+from .stepped import SteppedPath, apart, doubts
 
 MOST_CYCLES = 2000
 """Number of cycles after which the search for a steady state gives up, unless another one is asked for."""
@@ -99,23 +99,20 @@ def steady_state(
     flag("progress", progress)
     extra = None if overload is None else finite_number("overload", overload, least=0.0)
     asked = system, cycle, friction, load_factor, initial_slip, initial_state
-    first = Run(path_of(*asked, steps), most_cycles)
-    if not first.path.steps:
-        first.path.start(extra)
-        return reported(first, first.settled(), 0.0)
-    with bar_of(progress, "steady state", "cycle", delay=2) as bar:
-        first.tell, coarser = bar.update, first.path.coarser
-        first.path.start(extra)
-        found, errors = first.settled(), [] if coarser else [np.inf]
+    path = path_of(*asked, steps)
+    with bar_of(progress and path.steps > 0, "steady state", "cycle", delay=2) as bar:
+        first = Run(path.start(extra), most_cycles, bar.update)
+        found = first.settled()
+        if not path.steps:
+            return reported(first, found, 0.0)
         work = float(found.cycle.work.sum()) / first.period
-        for count in coarser:
-            try:
-                run = Run(SteppedPath("newton", count, *asked), most_cycles, bar.update)
-                run.path.start(extra)
-                other = float(run.settled().cycle.work.sum()) / run.period
-                errors.append(abs(work - other) / (max(work, other) or 1.0))
-            except (NoContinuation, SolverError):
-                errors.append(np.inf)
+
+        def distance(path: SteppedPath) -> float:
+            run = Run(path.start(extra), most_cycles, bar.update)
+            other = float(run.settled().cycle.work.sum()) / run.period
+            return abs(work - other) / (max(work, other) or 1.0)
+
+        errors = apart((SteppedPath("newton", count, *asked) for count in path.coarser), distance)
         cycles, begun = found.cycle, found.cycle.previous
         if work > 0 and begun is not None:
             u, r = np.concatenate([begun[:1], cycles.u]), np.concatenate([cycles.r[-1:], cycles.r])  # the reactions come back

@@ -52,9 +52,8 @@ class ReturnMap:
     >>> from frictopt.transients.exact import ExactPath, return_map
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-    >>> path = ExactPath(rod, cycle, friction=0.5, load_factor=1.0)
-    >>> path.start()
-    >>> path.run_cycle()
+    >>> path = ExactPath(rod, cycle, friction=0.5, load_factor=1.0).start()
+    >>> work = path.cycle_on(1).work
     >>> one = return_map(path)
     >>> one.locked.tolist(), (one.derivative.diagonal()[:4].round(6) + 0.0).tolist()
     ([False, True, True, True], [0.0, 1.0, 1.0, 1.0])
@@ -87,9 +86,8 @@ def return_map(path: ExactPath) -> ReturnMap:
     >>> from frictopt.transients.exact import ExactPath, return_map
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-    >>> path = ExactPath(rod, cycle, friction=0.5, load_factor=1.0)
-    >>> path.start()
-    >>> path.run_cycle()
+    >>> path = ExactPath(rod, cycle, friction=0.5, load_factor=1.0).start()
+    >>> work = path.cycle_on(1).work
     >>> return_map(path).status.shape, path.visited
     ((4, 4), 2)
     """

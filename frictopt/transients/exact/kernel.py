@@ -769,27 +769,18 @@ def increment(S, f, own, size, u, r, forces, status):
     float
         The residual of the state: the largest violation of the contact law, as `off_law` has it; inf where a number is not finite.
     """
-    start, begun, off = u.copy(), r.copy(), np.inf
+    still, off = np.empty_like(r), np.inf
+    _reactions(S, r, -u, still)
     for _ in range(_ROUNDS):
         last = sweep(S, f, size, u, r, _SWEEPS, _ROUNDING, 1.0) <= _ROUNDING
         last = not _sweep_moving(S, f, size, u, r) <= _ROUNDING or last
-        _moved_to(S, start, begun, u, r)
+        _reactions(S, still, u, r)
         if _take_piece(f, own, u, r, status):
-            _moved_to(S, start, begun, u, r)
+            _reactions(S, still, u, r)
         off = _put_on_law(f, own, u, r, forces, status)
         if last or off <= _ROUNDING:
             break
     return off
-
-
-@_inner
-def _moved_to(S, start, begun, u, r):
-    """Write the reactions at motions u into r, from those at the start."""
-    r[:] = begun
-    for k in range(len(u)):
-        if u[k] != start[k]:
-            for j in range(len(r)):
-                r[j] += (u[k] - start[k]) * S[k, j]
 
 
 @_inner

@@ -66,9 +66,8 @@ class ExactPath(Transient):
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
     >>> from frictopt.transients.exact import ExactPath
-    >>> path = ExactPath(rod, cycle, friction=0.5, load_factor=1.0)
-    >>> path.start()
-    >>> path.run_cycle()
+    >>> path = ExactPath(rod, cycle, friction=0.5, load_factor=1.0).start()
+    >>> work = path.cycle_on(1).work
     >>> path.visited, round(float(path.state.u[0]), 6)  # slip of the first node at the second corner
     (2, -0.5)
     """
@@ -84,11 +83,6 @@ class ExactPath(Transient):
         u, r, opened = self._start
         self.state = new_state(u, r, np.array(self.system.gap))
         self.state.status[opened] = OPEN
-
-    def run_cycle(self) -> None:
-        """Follow the path once through all corners of the cycle."""
-        for leg in self.legs:
-            self.follow_to(*leg)
 
     def cycle_on(self, count: int) -> Cycle:
         """Follow so many load cycles, from each corner at which the load turns to the next."""
@@ -136,7 +130,7 @@ class ExactPath(Transient):
         copy.state = type(self.state)(*(values.copy() for values in self.state))
         return copy
 
-    def follow_to(self, bonded: Array, where: str) -> None:
+    def follow_to(self, bonded: Array, where: str) -> tuple[()]:
         """Follow the path in a straight line to other bonded reactions (2N,).
 
         Raises
@@ -163,6 +157,7 @@ class ExactPath(Transient):
         self.events, self.unproven = int(state.trace[0]), int(state.trace[2])
         if len(self._record):
             self.history.append(np.concatenate([[self.visited], state.u, state.r, state.status, state.work])[None])
+        return ()
 
     def states(self) -> list[Array]:
         """Times (T,), `u` and `r` (T, 2N), statuses and work (T, N) of the history."""

@@ -25,9 +25,7 @@ from ..sliding import check_sliding
 from .newton import Law, State, newton
 
 _NO_FORCE = RESIDUAL  # a mean normal force below this share of the largest reaction is no scale: the error of an answer is as large
-
-CORRECTIONS = 4
-"""Newton steps that make the solution of a program exact, and may correct the status of nodes where a solver's tolerance left it wrong."""
+_CORRECTIONS = 4  # Newton steps that make the solution of a program exact, and may correct the status of nodes where a solver left it wrong
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -141,7 +139,7 @@ class Posed:
 
     def claim(self, u: ArrayLike, problem: cp.Problem) -> Increment:
         """What a program of the increment leaves in motions u, dimensionless, made exact by Newton's method."""
-        return self.result(newton(self.owner.law, self.trial, np.asarray(u), CORRECTIONS), SolveRecord(), problem)
+        return self.result(newton(self.owner.law, self.trial, np.asarray(u), _CORRECTIONS), SolveRecord(), problem)
 
 
 class FrictionIncrement(ABC):

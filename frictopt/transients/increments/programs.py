@@ -11,8 +11,8 @@ In the mixed-integer program each node sticks, slips along or against +x, or is 
 one boolean for each status but sticking. It is for plane contacts: the friction circle of space has no two sides.
 """
 
-from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from dataclasses import replace
+from functools import cached_property
 
 import cvxpy as cp
 import numpy as np
@@ -20,28 +20,20 @@ from numpy.typing import ArrayLike
 
 from ...contact import ContactSystem
 from ...contact.checks import Array, finite_number
+from ...contact.parts import joined
 from ...contact.result import Attempt, SolveRecord
 from ...contact.system import checked_plane
 from ...contact.tolerances import RESIDUAL
 from ...errors import NoContinuation, SolverError
 from ...solve.solvers import NoOptimum, solve
 from ..begin import OPEN
-from .increment import CORRECTIONS, FrictionIncrement, Increment, Posed
+from .increment import FrictionIncrement, Increment, Posed
 from .newton import newton
 
 _SETTLED_BOUND = 1e4 * RESIDUAL  # change of the frozen bound from which on Newton's method makes the state exact
-_SWEEP_OF_CONES = 1e5 * RESIDUAL  # violation with which a cone program of a sweep may end: it only guides the next one
 _SWEEPS = 100  # programs for one increment at most
 _BOOLEANS = {"forward": 1, "backward": -1, "opened": OPEN}
 _TOUCHES = 0.999  # share of the largest motion or pressure from which on a state touches it
-
-
-@dataclass(frozen=True, eq=False)
-class _Sweep:
-    """Motions of a sweep and their largest violation of the optimality conditions."""
-
-    u: Array
-    residual: float
 
 
 class FrozenBoundIncrement(FrictionIncrement):
@@ -96,11 +88,11 @@ class FrozenBoundIncrement(FrictionIncrement):
 
     def _solved(self, posed: Posed) -> Increment:
         law, n, values, attempts = self.law, len(self.friction), self.problem.param_dict, list[Attempt]()
-        bound, left = law.friction * np.maximum(posed.trial[-n:], 0.0), np.inf
+        bound = law.friction * np.maximum(posed.trial[-n:], 0.0)
         for sweep in range(1, _SWEEPS + 1):
             values["trial_reaction"].value, values["friction_bound"].value = posed.trial, bound
             try:
-                swept, record = solve(self.problem, partial(self._swept, posed.trial, bound), tolerance=_SWEEP_OF_CONES)
+                found, record = solve(self.problem, lambda: posed.claim(self._motions(), self.problem), tolerance=np.inf)  # it guides the next one
             except NoOptimum as error:
                 raise SolverError(
                     f"friction increment: no state of rest with the friction bound frozen at {bound.sum():.3g} times the mean normal force in sum "
@@ -108,34 +100,22 @@ class FrozenBoundIncrement(FrictionIncrement):
                     "to hold it, another increment may find the state"
                 ) from error
             attempts += record.attempts
-            u = swept.u
-            step = law.friction * np.maximum((posed.trial + law.S @ u)[-n:], 0.0) - bound
-            settled = bool(np.abs(step).max() <= _SETTLED_BOUND)
-            state = newton(law, posed.trial, u) if settled else newton(law, posed.trial, u, CORRECTIONS)
-            found = posed.result(replace(state, steps=sweep), SolveRecord(record.solver, tuple(attempts)), self.problem)
             if found.residual <= RESIDUAL:
-                return found
-            left = found.residual
-            if settled:
+                return replace(found, steps=sweep, record=replace(found.record, solver=record.solver, attempts=tuple(attempts)))
+            step = law.friction * np.maximum((posed.trial + law.S @ self._motions())[-n:], 0.0) - bound
+            if np.abs(step).max() <= _SETTLED_BOUND:
                 break
             bound = bound + step
         raise SolverError(
             f"friction increment: did not converge in {sweep} sweeps with frozen bound; the bound still changes by {np.abs(step).max():.1e} of the "
-            f"mean normal force, most at node {int(np.abs(step).argmax())}, and the residual is {left:.1e}; try smaller load steps or another "
-            "increment (above the critical friction there may be no state, or several)"
+            f"mean normal force, most at node {int(np.abs(step).argmax())}, and the residual is {found.residual:.1e}; try smaller load steps or "
+            "another increment (above the critical friction there may be no state, or several)"
         )
 
-    def _swept(self, trial: Array, bound: Array) -> _Sweep:
-        """What stands in the variables, with its largest violation of the optimality conditions of the frozen problem."""
-        values, law = self.problem.var_dict, self.law
-        dv, w = np.reshape(values["slip_increment"].value, (len(bound), -1)).T, np.maximum(np.asarray(values["gap"].value), 0.0)
-        u = np.concatenate([dv.ravel(), w])
-        r = (trial + law.S @ u).reshape(law.own.shape)
-        q, p = r[:-1], r[-1]
-        slid = np.linalg.norm(dv, axis=0)
-        off = np.minimum(slid, np.linalg.norm(q + bound * dv / np.where(slid > 0, slid, 1.0), axis=0))
-        residual = float(max((np.linalg.norm(q, axis=0) - bound).max(), off.max(), -p.min(), np.minimum(w, p).max(), 0.0))
-        return _Sweep(u, residual if np.isfinite(residual) else np.inf)
+    def _motions(self) -> Array:
+        """The motions that stand in the variables."""
+        values = self.problem.var_dict
+        return joined(np.asarray(values["slip_increment"].value), np.maximum(np.asarray(values["gap"].value), 0.0))
 
 
 class ExactIncrement(FrictionIncrement):

@@ -106,8 +106,7 @@ def _energy_error(path: fo.results.Trajectory) -> float:
 def posed(parameters: Parameters, scene: Scene) -> tuple[ExactPath, Array]:
     """The exact path at the first corner, above the shakedown limit, and the slip (N,) that one increment to the second corner leads to."""
     system, friction, n = scene.system, parameters.friction, scene.system.nodes
-    path = ExactPath(system, LOADS, friction, parameters.overload * scene.limit)
-    path.start()
+    path = ExactPath(system, LOADS, friction, parameters.overload * scene.limit).start()
     path.follow_to(path.corners[0], "the segment to the first corner")
     slip, pair = path.state.u[:n], (path.corners[1][:n], path.corners[1][n:])
     after = NewtonIncrement(system, friction).solve(slip, pair)

@@ -228,11 +228,10 @@ def _cycles(sizes: Sizes) -> Iterator[Probe]:
     limit = fo.shakedown_limit(system, LOADS, 0.7).load_factor
 
     def last_work() -> Answer:
-        path = ExactPath(system, LOADS, 0.7, 1.4 * limit)
-        path.start()
+        path = ExactPath(system, LOADS, 0.7, 1.4 * limit).start()
         for _ in range(sizes.cycles):
             path.state.work[:] = 0.0
-            path.run_cycle()
+            path.follow(path.legs)
         drift = path.state.r - path.bonded - path.system.S @ path.state.u
         return Answer(float(path.state.work.sum()), float(np.abs(drift).max() / path.force), "exact path")
 
