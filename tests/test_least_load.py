@@ -159,14 +159,14 @@ TO_AND_FRO = fo.LoadCycle({"P": -1.0}, [{"N": 1.0, "X": 0.2}, {"N": 1.0, "X": -0
 
 @pytest.mark.parametrize(
     ("contact", "cycle", "slips", "least"),
-    [(TWO, PRESSING, [[-1.0, 0.0], [1.0, 0.0]], 1.25), (SOLID, TO_AND_FRO, [[[-1.0, 0.0]], [[1.0, 0.0]]], 1 / (1 - 0.2 / 0.5))],
+    [(TWO, PRESSING, [[[-1.0, 0.0]], [[1.0, 0.0]]], 1.25), (SOLID, TO_AND_FRO, [[[-1.0], [0.0]], [[1.0], [0.0]]], 1 / (1 - 0.2 / 0.5))],
     ids=["plane", "space"],
 )
 def test_a_least_load_factor_that_is_not_the_least_is_not_accepted(contact, cycle, slips, least):
     """Judged from both sides: more than the least is not proven by the mechanism of a node that slips to and fro, less has no safe slip."""
     task = pose(contact, cycle, 0.5)
-    lift = 0.5 * np.abs(slips).reshape(2, contact.nodes, -1).max(axis=-1)
-    motion, v = Mechanism(np.array(slips), lift, task.friction), safe_set(task)
+    moves = np.concatenate([slips, 0.5 * np.abs(slips).max(axis=1, keepdims=True)], axis=1)
+    motion, v = Mechanism(moves, task.friction), safe_set(task)
     for share, right in ((1.0, True), (1 + 1e-8, False), (1 - 1e-8, False), (1.2, False)):
         assert (judged(v, (share * least, np.zeros(contact.slip_shape), motion), least=True).residual <= 1e-9) == right
     assert judged(v, (least, np.zeros(contact.slip_shape), motion)).residual == np.inf  # its drive is negative: no limit from above

@@ -85,9 +85,9 @@ def test_multipliers_that_do_not_balance_prove_nothing():
     """A net slip that stresses the contact by a millionth, or a limit that is not proven to the tolerance, leaves no bound."""
     contact = system(*FIRST_PAIR)
     limit = fo.shakedown_limit(contact, CYCLE, 0.6)
-    slips = limit._motion.slips.copy()
-    slips[np.unravel_index(np.abs(slips).argmax(), slips.shape)] *= 1 + 1e-6
+    moves = limit._motion.moves.copy()
+    moves[np.unravel_index(np.abs(moves[:, :1]).argmax(), moves[:, :1].shape)] *= 1 + 1e-6
     with pytest.raises(fo.SolverError, match=r"least slip: the multipliers of the limit are off by .*e-0[67]"):
-        replace(limit, _motion=replace(limit._motion, slips=slips)).least_slip(1.0)
+        replace(limit, _motion=replace(limit._motion, moves=moves)).least_slip(1.0)
     with pytest.raises(fo.SolverError, match=r"off by 2\.0e-09"):
         replace(limit, record=replace(limit.record, residual=2e-9)).least_slip(1.0)

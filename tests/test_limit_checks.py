@@ -153,7 +153,7 @@ def test_a_mechanism_that_stresses_the_contact_does_not_prove_a_small_limit_by_a
     task = pose(contact, cycle, friction)
     slip = np.array([share * shear / (friction * wedge), 0.0])
     load_factor = (friction + (friction * wedge - 1) * slip[0]) / shear  # the largest one that this slip carries
-    to_and_fro = Mechanism(np.array([[-1.0, 0.0], [1.0, 0.0]]), np.array([[friction, 0.0], [friction, 0.0]]), task.friction)
+    to_and_fro = Mechanism(np.array([[[-1.0, 0.0], [friction, 0.0]], [[1.0, 0.0], [friction, 0.0]]]), task.friction)
     claim = judged(safe_set(task), (load_factor, slip, to_and_fro))
     assert task.violation(load_factor, slip) <= 1e-9 and load_factor == pytest.approx(share, rel=1e-3)
     assert claim.residual > 0.1
@@ -270,10 +270,10 @@ def test_the_stress_of_a_mechanism_in_space_counts_beside_its_distance_and_not_a
     """One that slips on, along the mean shear or against it: the stiffness resists what is left, and the bound lies above the limit or below it."""
     contact, cycle = single(), fo.LoadCycle({"P": 1.0, "X": 0.2}, [{"X": 1.0}, {"X": -1.0}])
     limit, task = fo.shakedown_limit(contact, cycle, 0.5), pose(contact, cycle, 0.5)
-    slips, lift = limit._motion.slips.copy(), limit._motion.lift.copy()
-    slips[corner], lift[corner] = 1.1 * slips[corner], 1.1 * lift[corner]
+    moves = limit._motion.moves.copy()
+    moves[corner] *= 1.1
     off, stress = 0.02 / 2.1, 1.5 * 0.1 / 2.1  # 0.2 times the slip left, and (1 + f) p times it, of a drive of 2.1 slips
-    claim = judged(safe_set(task), (limit.load_factor, limit.slip, replace(limit._motion, slips=slips, lift=lift)))
+    claim = judged(safe_set(task), (limit.load_factor, limit.slip, replace(limit._motion, moves=moves)))
     assert limit.load_factor == pytest.approx(0.5) and claim.residual == pytest.approx((off + stress) / 0.5)
 
 

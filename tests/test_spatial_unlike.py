@@ -29,7 +29,7 @@ def test_limits_of_directions_of_very_unlike_stiffness_are_found(seed):
     assert (np.linalg.norm(q, axis=-1) - f * p).max() <= 1e-8 * max(at, 1.0) * np.abs(loads["mean"][2 * n :]).mean()
     if finite:
         motion = limit._motion
-        d, lift = motion.slips.sum(axis=0).T.ravel(), motion.lift.sum(axis=0)
+        d, lift = np.split(motion.moves.sum(axis=0).ravel(), [2 * n])
         assert np.abs((contact.A @ d + contact.B.T @ lift) / size[: 2 * n]).max() <= 1e-8 * np.abs(lift * size[2 * n :]).max()
         resistance, drive = motion.work(pose(contact, cycle(), f))
         assert resistance / drive == pytest.approx(limit.load_factor, rel=1e-8)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Self
 from ..errors import ModelError
 from .checks import Array, checked_loads, listed, shown
 from .history import history_corners, independent_corners
+from .parts import parted
 from .result import Plotted
 from .system import ContactSystem, checked_system, reactions
 from .tolerances import ROUNDING
@@ -211,11 +212,11 @@ class LoadCycle(Plotted):
 
     def unscaled_reactions(self, system: ContactSystem) -> tuple[Array, Array]:
         """(K, N) reactions `q0, p0` of the closed, unslipped contact at the corners at load factor 0; (1, N) where nothing is fixed."""
-        return system.shut(*reactions(system, self.unscaled))
+        return parted(reactions(system, self.unscaled) - system.S[:, -system.nodes :] @ system.gap, system.tangents + 1)
 
     def corner_reactions(self, system: ContactSystem) -> tuple[Array, Array]:
         """(K, N) bonded reactions `q1, p1` of the corners at load factor 1, without the mean and what is fixed."""
-        return reactions(system, self.corners)
+        return parted(reactions(system, self.corners), system.tangents + 1)
 
 
 def _checked(name: str, loads: object) -> tuple[Mapping[str, float], ...]:

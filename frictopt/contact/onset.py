@@ -200,7 +200,7 @@ def _rates(system: ContactSystem, cycle: LoadCycle, state: ContactState | None) 
         return *begin, np.full_like(begin[1], np.inf), *corners, np.zeros_like(corners[1])
     axes, n = system.tangents + 1, system.nodes
     out, S = np.tile(state.open, axes), system.S
-    loads = [joined(*pair) for pair in (reactions(system, cycle.unscaled), corners)]
+    loads = [reactions(system, part) for part in (cycle.unscaled, cycle.corners)]
     loads[0] = loads[0] + S @ joined(state.slip, state.gap - system.gap)
     found, still = list[Array](), np.zeros(n)
     for load, apart in zip(loads, (np.where(state.open, state.gap, np.inf), still), strict=True):

@@ -269,18 +269,11 @@ class ContactSystem(Shown, Plotted):
         ModelError
             A load case that the system does not have, an amplitude that is not finite.
         """
-        q, p = reactions(self, [checked_loads("loads", loads)])
-        return q[0], p[0]
+        return parted(reactions(self, [checked_loads("loads", loads)])[0], self.tangents + 1)
 
     def closed_reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
         """Reactions `(q, p)` with every gap pressed shut and no slip (v = w = 0), from the bonded reactions and the initial gap."""
-        return self.shut(*self.reaction(loads))
-
-    def shut(self, q: Array, p: Array) -> tuple[Array, Array]:
-        """Bonded reactions, (..., N) or (..., N, 2) and (..., N), with every gap pressed shut."""
-        if not self.gap.any():
-            return q, p
-        sheared, pressed = self.pressed(self.gap)
+        (q, p), (sheared, pressed) = self.reaction(loads), self.pressed(self.gap)
         return q - sheared, p - pressed
 
     def pressed(self, overlap: Array) -> tuple[Array, Array]:
@@ -432,22 +425,23 @@ class ContactSystem(Shown, Plotted):
         return cls(**files.read(path))
 
 
-def reactions(system: ContactSystem, loads: Sequence[Mapping[str, float]]) -> tuple[Array, Array]:
-    """(K, N) bonded reactions of K sums of load cases, (K, N, 2) and (K, N) in space.
+def reactions(system: ContactSystem, loads: Sequence[Mapping[str, float]]) -> Array:
+    """(K, M) bonded reactions of K sums of load cases, ordered by component.
 
     Raises
     ------
     ModelError
         Not a contact system, or a load case that it does not have.
     """
-    q, p = np.zeros((len(loads), *checked_system(system).slip_shape)), np.zeros((len(loads), system.nodes))
+    r = np.zeros((len(loads), checked_system(system).tangents + 1, system.nodes))
     for case in dict.fromkeys(case for load in loads for case in load):
         if case not in system.bonded:
             raise ModelError(f"load case {case!r}: unknown; this system has {sorted(system.bonded)}")
         amplitudes = np.array([load.get(case, 0.0) for load in loads])
-        q += np.multiply.outer(amplitudes, system.bonded[case][0])
-        p += np.multiply.outer(amplitudes, system.bonded[case][1])
-    return q, p
+        q, p = system.bonded[case]
+        r[:, :-1] += np.multiply.outer(amplitudes, q.T.reshape(-1, system.nodes))
+        r[:, -1] += np.multiply.outer(amplitudes, p)
+    return r.reshape(len(loads), -1)
 
 
 def checked_system(system: object) -> ContactSystem:

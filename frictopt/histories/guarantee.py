@@ -11,6 +11,7 @@ from ..contact import ContactState, LoadCycle
 from ..contact.answers import Outcome
 from ..contact.checks import LARGEST_SEED, Array, finite_number, frozen, whole_number
 from ..contact.coulomb import lengths
+from ..contact.parts import parted
 from ..contact.result import Shown
 from ..contact.system import reactions
 from ..errors import ModelError, NoContinuation
@@ -173,8 +174,8 @@ def _begin(limit: GuaranteedLimit, load_factor: float, slip: Array) -> dict[str,
     task = limit._task
     if not limit.open.any():
         return {"initial_slip": slip}
-    bonded = reactions(limit.system, limit.cycle.at(load_factor))
-    v, w, q, p, *load = (part.mean(axis=0) for part in (*task.states(load_factor, slip), *bonded))
+    of_corners = *task.states(load_factor, slip), reactions(limit.system, limit.cycle.at(load_factor))
+    (v, w), (q, p), load = (parted(part.reshape(len(part), -1).mean(axis=0), task.system.tangents + 1) for part in of_corners)
     held = (lengths(q, p) <= limit.friction * p).all() and (w[limit.open] >= 0).all()  # states are linear in the load
     return {"initial_state": ContactState(v, w.clip(0.0), *load)} if held else {"initial_slip": v}
 

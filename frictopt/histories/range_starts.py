@@ -86,7 +86,7 @@ class RangeStarts:
 
         In space it stretches along both tangents, turns about the normal, and has four ends, between the tangents.
         """
-        system, q1 = self._task.system, self._task.q1
+        system, q1 = self._task.system, self._task.cycle.corner_reactions(self._task.system)[0]
         changes: dict[str, Array] = {}
         for name, step in zip(self._task.cycle.corner_names, np.roll(q1, -1, axis=0) - q1, strict=True):
             size = float(np.linalg.norm(step))

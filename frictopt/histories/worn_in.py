@@ -12,7 +12,6 @@ from ..contact.answers import Outcome
 from ..contact.checks import Array, Booleans, finite_number, frozen, warns_of_odd_values
 from ..contact.cycle import checked_cycle
 from ..contact.diagnosis import open_nodes
-from ..contact.parts import joined
 from ..contact.result import Plotted, Recorded, SolveRecord, frame, places
 from ..contact.system import checked_system, reactions
 from ..contact.tolerances import CONDENSATION, RESIDUAL
@@ -178,7 +177,7 @@ def _similar(system: ContactSystem, friction: ArrayLike) -> float:
 
 def _ends(system: ContactSystem, cycle: LoadCycle, load_factor: float) -> tuple[Array, Array]:
     """The two loads (M,) between which those of a cycle stay, on a line."""
-    loads = joined(*reactions(system, cycle.at(load_factor)))
+    loads = reactions(system, cycle.at(load_factor))
     far = loads - loads[0]
     along = far[np.linalg.norm(far, axis=1).argmax()]
     place = far @ along / (along @ along or 1.0)

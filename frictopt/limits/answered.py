@@ -30,22 +30,20 @@ class Mechanism:
 
     Attributes
     ----------
-    slips
-        (K, N) slips along +x in the plane, (K, N, 2) along the tangents in space, in any one unit.
-    lift
-        (K, N) factors of the normal reactions in the mechanism's work: at least friction times the slip, more where the node opens without slip.
+    moves
+        (K, t + 1, N) slips along the tangents, in any one unit, and lifts: factors of the normal reactions in the mechanism's work, at least friction
+        times the slip, more where the node opens without slip.
     friction
         (N,) coefficients of friction.
     hold
-        (N,) or (N, 2) stress that the slip bound takes up at each node, along the tangents; None without a bound.
+        (t, N) stress that the slip bound takes up at each node, along the tangents; None without a bound.
     press
         (K, O) forces that keep O open nodes from touching, where the mechanism is of the closed ones alone; None where it is of all.
     open
         (N,) nodes that are open, which follow the others without force; None where none is.
     """
 
-    slips: Array
-    lift: Array
+    moves: Array
     friction: Array
     hold: Array | None = None
     press: Array | None = None
@@ -54,17 +52,17 @@ class Mechanism:
     @property
     def size(self) -> Array:
         """(K, N) sizes of the slips."""
-        return lengths(self.slips, self.lift)
+        return np.asarray(np.linalg.norm(self.moves[:, :-1], axis=1))
 
     @property
     def opening(self) -> Array:
         """(K, N) openings without slip, >= 0 (of nodes with little or no friction, or without pressure)."""
-        return np.asarray((self.lift - self.friction * self.size).clip(0.0))
+        return np.asarray((self.moves[:, -1] - self.friction * self.size).clip(0.0))
 
     def stress(self, system: ContactSystem) -> Array:
         """(t N,) `A d + B^T l` less what the slip bound holds, ordered by component, which is zero for a true mechanism."""
-        held = 0.0 if self.hold is None else self.hold.T.ravel()
-        return np.asarray(system.A @ self.slips.sum(axis=0).T.ravel() + system.B.T @ self.lift.sum(axis=0) - held)
+        held = 0.0 if self.hold is None else self.hold.ravel()
+        return np.asarray(system.S[: -system.nodes] @ self.moves.sum(axis=0).ravel() - held)
 
     def work(self, task: LimitQuestion) -> tuple[float, float]:
         """Resistance of the loads at load factor 0 and drive of what a load factor of 1 adds, both as work on the mechanism.
@@ -72,15 +70,15 @@ class Mechanism:
         A safe slip at load factor lam needs `lam * drive <= resistance`; slips within their bound add the work that they do on what it holds.
         """
         press = np.zeros_like(task.w1) if self.press is None else self.press
-        parts = (self.slips, task.q0, task.q1), (self.lift, task.p0, task.p1), (press, task.w0, task.w1)
-        held = 0.0 if task.most is None or self.hold is None else float(lengths(self.hold, task.most) @ task.most)
+        parts = (self.moves, task.r0, task.r1), (press, task.w0, task.w1)
+        held = 0.0 if task.most is None or self.hold is None else float(np.linalg.norm(self.hold, axis=0) @ task.most)
         at_zero = sum(float(np.sum((part if task.fixed else part.sum(axis=0)) * load)) for part, load, _ in parts)
         return at_zero + held, -sum(float(np.sum(part * load)) for part, _, load in parts)
 
     def scaled(self, factor: float) -> "Mechanism":
         """The same mechanism with all motions multiplied by a factor >= 0."""
         hold, press = (None if part is None else part * factor for part in (self.hold, self.press))
-        return replace(self, slips=self.slips * factor, lift=self.lift * factor, hold=hold, press=press)
+        return replace(self, moves=self.moves * factor, hold=hold, press=press)
 
     def table(self, system: ContactSystem, corners: Sequence[str]) -> pd.DataFrame:
         """One row for each motion, largest first; `corners` are the names of the K corners.
@@ -90,10 +88,10 @@ class Mechanism:
         """
         names, along, opening = np.zeros(system.nodes) if system.contact is None else np.asarray(system.contact), self.size, self.opening
         if self.open is not None:
-            touching = -parted(joined(self.slips, self.lift) @ system.S, system.tangents + 1)[1] / system.stiffness_scale
+            touching = -self.moves.reshape(len(along), -1) @ system.S[:, -system.nodes :] / system.stiffness_scale
             along, opening = np.where(self.open, 0.0, along), np.where(self.open, touching.clip(0.0), opening)
         whole, parts = float(along.sum() + opening.sum()) or 1.0, []
-        for size, slips in ((along, self.slips), (opening, np.zeros_like(self.slips))):
+        for size, slips in ((along, self.moves[:, :-1]), (opening, np.zeros_like(self.moves[:, :-1]))):
             corner, node = np.nonzero(size > _SHARE * whole)
             columns: dict[str, Any] = {
                 "node": node,
@@ -102,11 +100,11 @@ class Mechanism:
                 "corner": corner,
                 "loads": [corners[k] for k in corner.tolist()],
             }
-            sense = slips[corner, node]
+            sense = slips[corner, :, node].T
             if system.tangents == 1:
-                columns["direction"] = np.sign(sense).astype(int)
+                columns["direction"] = np.sign(sense[0]).astype(int)
             else:
-                columns["slip1"], columns["slip2"] = (sense / size[corner, node][:, None]).T
+                columns["slip1"], columns["slip2"] = sense / size[corner, node]
             parts.append(pd.DataFrame({**columns, "share": size[corner, node] / whole}))
         table = pd.concat(parts, ignore_index=True)
         table = table if len(np.unique(names)) > 1 else table.drop(columns="contact")
@@ -115,21 +113,20 @@ class Mechanism:
     def load_rates(self, system: ContactSystem, cycle: LoadCycle, load_factor: float) -> pd.DataFrame:
         """Rate of the limit with the amplitudes of all load cases in the mean load, and of those of the corners (for a mechanism of unit drive)."""
 
-        def row(case: str, part: str, amplitude: float, factor: float, slips: Array, lift: Array) -> dict[str, Any]:
-            q, p = system.bonded[case]
-            return {"load": case, "part": part, "amplitude": amplitude, "rate": factor * float(np.sum(slips * q) + lift @ p)}
+        def row(case: str, part: str, amplitude: float, moves: Array, factor: float = 1.0) -> dict[str, Any]:
+            return {"load": case, "part": part, "amplitude": amplitude, "rate": factor * float(moves.ravel() @ joined(*system.bonded[case]))}
 
-        net = self.slips.sum(axis=0), self.lift.sum(axis=0)
-        rows = [row(case, "mean", cycle.mean.get(case, 0.0), 1.0, *net) for case in dict.fromkeys([*cycle.mean, *system.bonded])]
+        net = self.moves.sum(axis=0)
+        rows = [row(case, "mean", cycle.mean.get(case, 0.0), net) for case in dict.fromkeys([*cycle.mean, *system.bonded])]
         for k, fixed in enumerate(cycle.fixed or ()):
-            rows += [row(case, f"fixed at {cycle.corner_names[k]}", amplitude, 1.0, self.slips[k], self.lift[k]) for case, amplitude in fixed.items()]
+            rows += [row(case, f"fixed at {cycle.corner_names[k]}", amplitude, self.moves[k]) for case, amplitude in fixed.items()]
         for k, corner in enumerate(cycle.corners):
-            rows += [row(case, cycle.corner_names[k], amplitude, load_factor, self.slips[k], self.lift[k]) for case, amplitude in corner.items()]
+            rows += [row(case, cycle.corner_names[k], amplitude, self.moves[k], load_factor) for case, amplitude in corner.items()]
         return pd.DataFrame(rows, columns=["load", "part", "amplitude", "rate"])
 
     def interference_rate(self, system: ContactSystem) -> Array:
         """(N,) rate of the limit with an interference at each node (for a mechanism of unit drive)."""
-        return np.asarray(system.S[-system.nodes :] @ joined(self.slips.sum(axis=0), self.lift.sum(axis=0)))
+        return np.asarray(system.S[-system.nodes :] @ self.moves.sum(axis=0).ravel())
 
 
 class Answered(Recorded, Plotted):
@@ -157,9 +154,9 @@ class Answered(Recorded, Plotted):
     @property
     def reactions(self) -> tuple[Array, Array]:
         """(K, N) or (K, N, 2) and (K, N) reactions `q, p` at the corners under the slip at the load factor, force; NaN where it is not finite."""
-        if not np.isfinite(self.load_factor):
-            return np.full_like(self._task.q1, np.nan), np.full_like(self._task.p1, np.nan)
-        return self._task.states(self.load_factor, self.slip)[2:]
+        task, finite = self._task, np.isfinite(self.load_factor)
+        r = task.states(self.load_factor, self.slip)[1] if finite else np.full_like(task.r1, np.nan)
+        return parted(r.reshape(len(r), -1), self.system.tangents + 1)
 
     @property
     def open(self) -> Booleans:
@@ -185,9 +182,9 @@ class Answered(Recorded, Plotted):
         """The state at the last corner, from which a transient at this load factor rests where the slip is safe; None where it is not finite."""
         if not np.isfinite(self.load_factor) or not np.isfinite(self.slip).all():
             return None
-        v, w, _, _ = self._task.states(self.load_factor, self.slip)
+        v, w = parted(self._task.states(self.load_factor, self.slip)[0][-1].ravel(), self.system.tangents + 1)
         bonded = self.system.reaction(self.cycle.at(self.load_factor)[-1])
-        return ContactState(v[-1], w[-1].clip(0.0), *bonded, next_loads=self.cycle.corner_names[0])
+        return ContactState(v, w.clip(0.0), *bonded, next_loads=self.cycle.corner_names[0])
 
     @property
     def traction_ratios(self) -> Array:

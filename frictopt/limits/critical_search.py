@@ -26,7 +26,7 @@ from ..solve.solvers import solve
 from ..solve.standard_form import StandardForm
 from .answered import Mechanism
 from .critical_state import CriticalState
-from .mirrors import slip_on_whole
+from .mirrors import on_whole
 from .safe_set import SafeSet
 
 _COINCIDE = 1e3 * RESIDUAL  # dimensionless load factors up to this cannot be told from zero: residuals move them so far
@@ -169,7 +169,7 @@ class CriticalSearch:
 
         def claimed() -> NodeClaim:
             value, bound = StandardForm(program.problem).bounds  # of minus the excess
-            slip, proven = np.full(safe.task.q1.shape[1:], np.nan), -bound > RESIDUAL
+            slip, proven = np.full((len(safe.unit), *safe.task.system.slip_shape[1:]), np.nan), -bound > RESIDUAL
             return NodeClaim(state, np.inf, slip, 0.0 if proven else abs(value - bound), how=NEVER if proven else SOLVED)
 
         claim = self._solved(claimed, program)
@@ -186,7 +186,7 @@ def _claimed(program: SafeSet, state: CriticalState, found: float) -> NodeClaim:
     (q, p), node = task.change(slip), state.node
     off = float(np.abs(np.r_[q[node], p[node]] - state.at_zero - load_factor * state.rate).max()) / task.force
     form = StandardForm(program.problem)
-    unsafe, least = (task.whole or task).violation(load_factor, slip_on_whole(task, slip)), -form.bounds[1] * task.load_unit
+    unsafe, least = (task.whole or task).violation(load_factor, on_whole(task, slip, None)[1]), -form.bounds[1] * task.load_unit
     residual = max(unsafe, off, form.gap, program.own.violation)
     if not residual <= RESIDUAL and least > found:
         return NodeClaim(state, least, np.full_like(slip, np.nan), 0.0, how=LEFT_OUT)
@@ -203,16 +203,15 @@ def critical_motion(program: SafeSet, state: CriticalState) -> Mechanism:
     """
     task, f, node, corners = program.task, program.task.friction, state.node, list(state.corners)
     others, _ = program.motion()
-    slips, lift = -others.slips * task.load_unit, -others.lift * task.load_unit
+    moves = -others.moves * task.load_unit
     y = np.atleast_1d(program.rows["critical"].dual_value) * task.load_unit / program.unit[node]
-    q = task.states(float(program.load_factor.value) * task.load_unit, program.solved_slip)[2][corners, node].reshape(len(corners), -1)
+    q = task.states(float(program.load_factor.value) * task.load_unit, program.solved_slip)[1][corners, :-1, node]
     size = np.linalg.norm(q, axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
         ways = np.column_stack([q / size[:, None], np.full(len(corners), -f[node])])
         levers = (size.sum() - size) / ((len(corners) - 1) * size.sum())
     shares = np.linalg.lstsq(ways.T, y, rcond=None)[0] if np.isfinite(ways).all() else np.full(len(corners), np.nan)
     own = shares[:, None] * ways + levers[:, None] * (y - shares @ ways)
-    slips[corners, node] += own[:, :-1].reshape(slips[corners, node].shape)
-    lift[corners, node] += own[:, -1]
+    moves[corners, :, node] += own
     press = None if others.press is None else -others.press * task.load_unit
-    return Mechanism(slips, lift, f, press=press)
+    return Mechanism(moves, f, press=press)

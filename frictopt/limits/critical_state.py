@@ -66,7 +66,8 @@ class CriticalState:
 
 def needed(task: LimitQuestion) -> tuple[Array, Array]:
     """(N,) or (N, 2) shear c and (N,) friction bound `f rho` that the cyclic loads of each node need, at load factor 1."""
-    q1, fp1 = task.q1, task.friction * task.p1
+    _, _, q1, p1 = task.parts
+    fp1 = task.friction * p1
     if q1.ndim == 3:
         return smallest_discs(-q1.transpose(1, 0, 2), -fp1.T)
     ahead, back = (-q1 - fp1).max(axis=0), (q1 - fp1).max(axis=0)
@@ -81,10 +82,10 @@ def critical_states(task: LimitQuestion) -> list[list[CriticalState]]:
     f = task.friction
     if task.fixed:
         return _of_pairs(task)
-    (q0,), (p0,), (shear, bound) = task.q0, task.p0, needed(task)
-    size, q = (lengths(task.q1, task.p1) + f * np.abs(task.p1)).max(axis=0), task.q1 + shear
-    rules = lengths(q, task.p1) - f * task.p1 >= bound - _TIE * size
-    cyclic = (bound > (-f * task.p1).max(axis=0) + _TIE * size) & (f > 0)
+    ((q0,), (p0,), q1, p1), (shear, bound) = task.parts, needed(task)
+    size, q = (lengths(q1, p1) + f * np.abs(p1)).max(axis=0), q1 + shear
+    rules = lengths(q, p1) - f * p1 >= bound - _TIE * size
+    cyclic = (bound > (-f * p1).max(axis=0) + _TIE * size) & (f > 0)
 
     def state(i: int) -> CriticalState:
         corners = tuple(np.flatnonzero(rules[:, i]).tolist())
@@ -97,11 +98,11 @@ def critical_states(task: LimitQuestion) -> list[list[CriticalState]]:
 
 def _of_pairs(task: LimitQuestion) -> list[list[CriticalState]]:
     """The critical states in the plane where the corners differ at load factor 0."""
-    f, fp0, fp1 = task.friction, task.friction * task.p0, task.friction * task.p1
-    own = np.stack([task.q0, fp0, task.q1, fp1])
+    f, (q0, p0, q1, p1) = task.friction, task.parts
+    own = np.stack([q0, fp0 := f * p0, q1, fp1 := f * p1])
     floor, rules = _TIE * np.abs(own).max(axis=1), np.zeros((2, *fp1.shape), dtype=bool)
     for which, sense in zip(rules, (1, -1), strict=True):
-        which[ruling(-(sense * task.q0 + fp0), -(sense * task.q1 + fp1))] = True
+        which[ruling(-(sense * q0 + fp0), -(sense * q1 + fp1))] = True
     found: list[list[CriticalState]] = []
     for i, friction in enumerate(f):
         ends = product(*(np.flatnonzero(which[:, i]).tolist() for which in rules)) if friction > 0 else ()
@@ -110,7 +111,7 @@ def _of_pairs(task: LimitQuestion) -> list[list[CriticalState]]:
         for k, j in pairs:
             at_zero, rate = (
                 -np.array([q[k, i] + q[j, i] + fp[k, i] - fp[j, i], (q[k, i] - q[j, i] + fp[k, i] + fp[j, i]) / friction]) / 2
-                for q, fp in ((task.q0, fp0), (task.q1, fp1))
+                for q, fp in ((q0, fp0), (q1, fp1))
             )
             states.append(CriticalState(i, (k, j), at_zero, rate))
         found.append(states)
@@ -190,10 +191,11 @@ def load_factor_bounds(v: SafeSet) -> Array:
             break
         total = np.where(done | lost, total, following)
     d, fa, (shear, bound) = net_slips(total) / unit, task.friction[:, None] * total / unit, needed(task)
-    held = np.array([_work(d, task.q0[0]), fa * task.p0[0][:, None]])
+    (q0,), (p0,), q1, p1 = task.parts
+    held = np.array([_work(d, q0), fa * p0[:, None]])
     driven = _work(d, shear) + total / unit * bound[:, None]
     if len(d) > 1:
-        others = np.max([-_work(d, q1) - fa * p1[:, None] for q1, p1 in zip(task.q1, task.p1, strict=True)], axis=0)
+        others = np.max([-_work(d, q) - fa * p[:, None] for q, p in zip(q1, p1, strict=True)], axis=0)
         driven = np.where(np.eye(n, dtype=bool), driven, others)
     resistance, drive, terms = held.sum(axis=(0, 1)), driven.sum(axis=0), np.abs(held).sum(axis=(0, 1))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -218,7 +220,7 @@ def _net_slips(v: SafeSet) -> Callable[[Array], Array]:
     solved = -np.linalg.solve(rows_of_shear[v.loaded].T, right)
     follow[v.loaded], rigid[v.loaded], rigid[others] = solved[:, :n], solved[:, n:], np.eye(rows - m)
     pairs = (rigid[:, :, None] * rigid[:, None]).reshape(rows, -1)
-    hold = np.tile(np.maximum(task.friction * task.p0[0] / v.unit, 0.0), rows // n)[:, None]
+    hold = np.tile(np.maximum(task.friction * task.r0[0, -1] / v.unit, 0.0), rows // n)[:, None]
 
     def net(total: Array) -> Array:
         slips = follow @ total

@@ -6,7 +6,7 @@ from scipy.optimize import nnls
 
 from ..contact import LoadCycle
 from ..contact.checks import Array, Booleans
-from ..contact.coulomb import lengths, reach
+from ..contact.coulomb import reach
 from ..contact.tolerances import NO_COUPLING, ROUNDING
 from .answered import Mechanism
 from .design_loads import DesignLoads
@@ -38,18 +38,18 @@ class Intervals(SafeSet):
 
     def ask(self, task: LimitQuestion, load_factor: float | None = None) -> None:
         """See `SafeSet.ask`."""
-        super().ask(task, load_factor)
-        lam = task.load_unit if load_factor is None else load_factor
+        self.task, self._given = task, load_factor
+        lam, (q0, p0), (q1, p1) = task.load_unit if load_factor is None else load_factor, task.r0.swapaxes(0, 1), task.r1.swapaxes(0, 1)
         self._ruled, self._values = {}, {"friction": task.friction, "clearance": task.mean_bound / self.unit}
         for name, (way, sense) in _ROWS.items():
             weight = task.friction if sense else 1.0
-            mean, cyclic = sense * task.q0 + weight * task.p0, sense * task.q1 + weight * task.p1
+            mean, cyclic = sense * q0 + weight * p0, sense * q1 + weight * p1
             self._ruled[name] = at = ruling(-mean, -cyclic, load_factor)
             self._values[f"{way}_mean"] = np.broadcast_to(mean, cyclic.shape)[at] / self.unit[at[1]]
             self._values[way] = -cyclic[at] * lam / self.unit[at[1]]
         (forward, _), (backward, _), _ = self._ruled.values()
-        idle = len(task.q1) - len(np.union1d(forward, backward))
-        self.idle = f"corners: {idle} of {len(task.q1)} rule no node" if idle else ""
+        idle = len(task.r1) - len(np.union1d(forward, backward))
+        self.idle = f"corners: {idle} of {len(task.r1)} rule no node" if idle else ""
         for name, value in {} if task.fixed else self._values.items():
             if name not in self.parameters:
                 self.parameters[name] = cp.Parameter(len(value), name=name, nonneg=name in ("friction", "clearance"))
@@ -71,13 +71,13 @@ class Intervals(SafeSet):
 
     def motion(self) -> tuple[Mechanism, Array]:
         """See `SafeSet.motion`."""
-        motions = np.zeros((3, *self.task.q1.shape))
+        motions = np.zeros((3, *self.task.r1[:, -1].shape))
         for motion, (name, at) in zip(motions, self._ruled.items(), strict=True):
             if name in self.rows:
                 motion[at] = np.maximum(self.rows[name].dual_value, 0.0) / self.unit[at[1]]
         forward, backward, opening = motions
         lift = self.task.friction * (forward + backward) + opening
-        return Mechanism(forward - backward, lift, self.task.friction, *self.held()), forward + backward
+        return Mechanism(np.stack([forward - backward, lift], axis=1), self.task.friction, *self.held()), forward + backward
 
 
 class Circles(SafeSet):
@@ -91,7 +91,7 @@ class Circles(SafeSet):
     def stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None = None, spare: cp.Parameter | float = 0.0) -> Rows:
         """See `SafeSet.stuck`."""
         task, unit = self.task, self.unit
-        nodes, corners, at = len(task.friction), len(task.q1), unit[:, None]
+        nodes, corners = len(task.friction), len(task.r1)
         self._kept = _outer_corners(task.cycle) if task.simplify else list(range(corners))
         idle = corners - len(self._kept)
         self.idle = f"corners: {idle} of {corners} are within the hull of the others" if idle else ""
@@ -100,15 +100,19 @@ class Circles(SafeSet):
         pressure = cp.Variable(nodes, name="pressure_change")  # one dense block of rows serves all corners
         shear = cp.reshape(self.shear, (nodes, 2), order="F")
         rows: dict[str, cp.Constraint] = {"pressures_of_slip": self.pressure == pressure}
-        points = np.zeros(task.p1.shape, dtype=bool) if margin is not None else bare(task, self.design is not None)[0]
-        self._pinned = _pinned(points, self._kept, task)
-        q0, p0 = np.broadcast_to(task.q0, task.q1.shape), np.broadcast_to(task.p0, task.p1.shape)
+        points = np.zeros((corners, nodes), dtype=bool) if margin is not None else bare(task, self.design is not None)[0]
+        self._pinned = points & np.isin(np.arange(corners), self._kept)[:, None]  # of a node the first such corner stands for all of the same shear
+        first, other = self._pinned.argmax(axis=0), np.zeros_like(points)
+        if task.fixed:
+            other = np.any([(r[:, :2] != r[first, :2, np.arange(nodes)].T).any(axis=1) for r in (task.r0, task.r1)], axis=0)
+        self._pinned &= (np.cumsum(self._pinned, axis=0) == 1) | other
+        r0, r1 = np.broadcast_to(task.r0, task.r1.shape) / unit, task.r1 / unit
         for k in self._kept:
-            q, p = q0[k] / at + lam * (task.q1[k] / at) + shear, p0[k] / unit + lam * (task.p1[k] / unit) + pressure
-            circles, first = np.flatnonzero(~points[k]), np.flatnonzero(self._pinned[k])
+            q, p = r0[k, :2].T + lam * r1[k, :2].T + shear, r0[k, 2] + lam * r1[k, 2] + pressure
+            circles, pinned = np.flatnonzero(~points[k]), np.flatnonzero(self._pinned[k])
             bound = cp.multiply(task.friction, p) - reserve
             rows |= {f"friction_circle_{k}": cp.SOC(bound[circles], q[circles], axis=1)} if len(circles) else {}
-            rows |= {f"no_shear_{k}": q[first] == 0} if len(first) else {}
+            rows |= {f"no_shear_{k}": q[pinned] == 0} if len(pinned) else {}
             rows |= {f"no_opening_{k}": p >= reserve} if task.opening else {}
         self._circles = ~points
         return rows if task.lift is None else {**rows, **self._apart(task.lift, load_factor, margin)}
@@ -119,7 +123,7 @@ class Circles(SafeSet):
         Where the force multiplier of a circle exceeds its slip (a node that carries nothing), the node opens too.
         """
         task, unit, rows = self.task, self.unit, self.rows
-        slips, force, opening = np.zeros(task.q1.shape), np.zeros(task.p1.shape), np.zeros(task.p1.shape)
+        slips, (force, opening) = np.zeros((*self._circles.shape, 2)), np.zeros((2, *self._circles.shape))
         for k in self._kept:
             if f"friction_circle_{k}" in rows:
                 force[k, self._circles[k]], slips[k, self._circles[k]] = rows[f"friction_circle_{k}"].dual_value
@@ -128,8 +132,8 @@ class Circles(SafeSet):
             if f"no_opening_{k}" in rows:
                 opening[k] = np.maximum(rows[f"no_opening_{k}"].dual_value, 0.0)
         force = np.maximum(force, np.linalg.norm(slips, axis=-1))
-        lift = (task.friction * force + opening) / unit
-        return Mechanism(slips / unit[:, None], lift, task.friction, *self.held()), force / unit
+        moves = np.dstack([slips, task.friction * force + opening]).transpose(0, 2, 1) / unit
+        return Mechanism(moves, task.friction, *self.held()), force / unit
 
     @property
     def solved_load_factor(self) -> float:
@@ -145,7 +149,7 @@ def bare(task: LimitQuestion, designed: bool = False) -> tuple[Booleans, Boolean
     """
     tangent, normal = np.split(np.sqrt(task.stiffness), [-len(task.friction)])
     alone = (np.abs(task.AB[len(tangent) :]) <= NO_COUPLING * np.outer(normal, tangent)).all(axis=1)
-    unpressed, p1 = alone & (np.abs(task.p0) <= ROUNDING * task.force) & (not designed), np.abs(task.p1)
+    unpressed, p1 = alone & (np.abs(task.r0[:, -1]) <= ROUNDING * task.force) & (not designed), np.abs(task.r1[:, -1])
     return (task.friction == 0) | (unpressed & (p1 <= ROUNDING * p1.max(initial=0.0))), unpressed
 
 
@@ -154,35 +158,25 @@ def helpless(task: LimitQuestion, designed: bool = False) -> tuple[Mechanism, st
 
     A node without a bound slips to and fro between two corners whose shears differ; one that nothing presses is lifted by a corner that pulls.
     """
-    q1, p1, nodes, (points, unpressed) = task.q1, task.p1, np.arange(len(task.friction)), bare(task, designed)
+    q1, nodes, (points, unpressed) = task.r1[:, :2], np.arange(len(task.friction)), bare(task, designed)
     first = points.argmax(axis=0)
-    apart = np.linalg.norm(q1 - q1[first, nodes], axis=-1) * points
+    apart = np.linalg.norm(q1 - q1[first, :, nodes].T, axis=1) * points
     if task.fixed:  # whose shears differ at load factor 0 too may meet at another one
-        apart = apart * (np.linalg.norm(task.q0 - task.q0[first, nodes], axis=-1) == 0)
-    pull = np.maximum(-p1, 0.0) * unpressed
+        apart = apart * (task.r0[:, :2] == task.r0[first, :2, nodes].T).all(axis=1)
+    pull = np.maximum(-task.r1[:, 2], 0.0) * unpressed
     moved = np.maximum(apart, pull)
     corner, node = np.unravel_index(int(moved.argmax()), moved.shape)
-    if not moved[corner, node] > ROUNDING * max(float(np.abs(q1).max()), float(np.abs(p1).max())):
+    if not moved[corner, node] > ROUNDING * float(np.abs(task.r1).max()):
         return None
-    slips, opening = np.zeros(q1.shape), np.zeros(p1.shape)
+    moves = np.zeros(task.r1.shape)
     if pull[corner, node] > apart[corner, node]:
-        opening[corner, node] = 1.0
-        return Mechanism(slips, opening, task.friction), f"node {node} carries no pressure under the mean load, and the cyclic load lifts it"
-    slips[first[node], node] = q1[corner, node] - q1[first[node], node]
-    slips[corner, node] = -slips[first[node], node]
+        moves[corner, -1, node] = 1.0
+        return Mechanism(moves, task.friction), f"node {node} carries no pressure under the mean load, and the cyclic load lifts it"
+    way = np.append(q1[corner, :, node] - q1[first[node], :, node], 0.0)
+    moves[first[node], :, node], moves[corner, :, node] = way, -way
+    moves[[first[node], corner], -1, node] = task.friction[node] * np.linalg.norm(way)
     lack = "friction" if task.friction[node] == 0 else "pressure"
-    return Mechanism(slips, task.friction * lengths(slips, p1), task.friction), f"node {node} has no {lack}, and the cyclic load shears it"
-
-
-def _pinned(points: np.ndarray, kept: list[int], task: LimitQuestion) -> np.ndarray:
-    """(K, N) the first kept corner at which the circle of a node is a point, which keeps the shear at zero for all; and others of another shear."""
-    rows, q0, q1, nodes = np.zeros_like(points), task.q0, task.q1, np.arange(points.shape[1])
-    rows[kept] = points[kept] & (np.cumsum(points[kept], axis=0) == 1)
-    if task.fixed:
-        first = rows.argmax(axis=0)
-        other = sum(np.linalg.norm(q - q[first, nodes], axis=-1) for q in (q0, q1)) > 0
-        rows[kept] |= (points & other)[kept]
-    return rows
+    return Mechanism(moves, task.friction), f"node {node} has no {lack}, and the cyclic load shears it"
 
 
 def _outer_corners(cycle: LoadCycle) -> list[int]:
@@ -207,7 +201,7 @@ def carried(task: LimitQuestion, slip: Array, load_factor: float, sense: int) ->
 
     Circles count from rounding on: where a node carries nothing, what it can carry is lost in it.
     """
-    (_, _, q, p), f, q1, p1 = task.states(load_factor, slip), task.friction, sense * task.q1, sense * task.p1
+    f, (q, p), (q1, p1) = task.friction, *((r[:, :2].swapaxes(1, 2), r[:, 2]) for r in (task.states(load_factor, slip)[1], sense * task.r1))
     beyond = np.linalg.norm(q, axis=-1) - f * p > _CARRIED * task.force
     pulls = task.opening & (p < -_CARRIED * task.force) & (p1 < 0)
     with np.errstate(divide="ignore", invalid="ignore"):

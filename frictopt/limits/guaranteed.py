@@ -17,7 +17,7 @@ from ..errors import ModelError, SolverError
 from .critical_search import COINCIDE_ALONE, LEFT_OUT, CriticalSearch, NodeClaim, set_node
 from .critical_state import critical_states, load_factor_bounds
 from .guaranteed_result import IMAGE, NOT_NEEDED, ONE_CORNER, OPEN, GuaranteedLimit, left_out, reason
-from .mirrors import images_of, on_whole, slip_on_whole
+from .mirrors import images_of, on_whole
 from .open_nodes import rest_of
 from .question import LimitQuestion
 from .safe_model import SafeModel
@@ -125,7 +125,7 @@ class GuaranteedModel(SafeModel):
         best: NodeClaim | None = None
         expected = True  # that nodes can be critical
         # where the pressure is little, nodes are nearly critical
-        pressure = task.p0.min(axis=0) + task.change(np.nan_to_num(task.own(shakedown.slip)))[1]
+        pressure = task.r0[:, -1].min(axis=0) + task.change(np.nan_to_num(task.own(shakedown.slip)))[1]
         for node in sorted(np.flatnonzero(both & ~imaged).tolist(), key=lambda i: (float(bounds[i]), float(pressure[i]))):
             if self._asked.simplify and bounds[node] >= least_found:
                 least[node] = bounds[node]
@@ -155,7 +155,7 @@ class GuaranteedModel(SafeModel):
             every_least[closed], every_how[closed] = least, how
             least, how = every_least, every_how
             if best is not None:
-                above = None if best.above is None else (best.above[0], frozen(slip_on_whole(rest, best.above[1])))
+                above = None if best.above is None else (best.above[0], frozen(on_whole(rest, best.above[1], None)[1]))
                 _, slip, motion = on_whole(rest, best.slip, motion)
                 best = replace(best, state=replace(best.state, node=int(np.flatnonzero(closed)[best.state.node])), slip=slip, above=above)
         program, records = None if best is None else best.program, [shakedown.record, *self._search.records]

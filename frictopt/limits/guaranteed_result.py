@@ -224,7 +224,7 @@ class GuaranteedLimit(Rated):
 def reason(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, coincide: int) -> str:
     """Why the limit is what it is, and what it leaves open, in words."""
     task, limit = shakedown._task, shakedown.load_factor if best is None else best.load_factor
-    may_lift = not uncoupled and shakedown.least < limit < np.inf and (shakedown.open.any() or (task.p0 + limit * task.p1).min() < 0)
+    may_lift = not uncoupled and shakedown.least < limit < np.inf and (shakedown.open.any() or (task.r0 + limit * task.r1)[:, -1].min() < 0)
     return _why(shakedown, best, uncoupled, coincide) + _LIFTING * bool(may_lift)
 
 

@@ -49,8 +49,8 @@ def defect(v: SafeSet, motion: Mechanism, slip: Array) -> float:
     """
     task, tangents = v.task, v.task.system.tangents
     shear_unit = np.tile(v.unit, tangents)
-    held = np.zeros(len(shear_unit)) if motion.hold is None else motion.hold.T.ravel()
-    work = (shear_unit * motion.slips.sum(axis=0).T.ravel()) @ v.to_shear + (v.unit * motion.lift.sum(axis=0)) @ v.to_pressure - held @ v.to_slip
+    held, (*slips, lift) = np.zeros(len(shear_unit)) if motion.hold is None else motion.hold.ravel(), motion.moves.sum(axis=0)
+    work = (shear_unit * np.ravel(slips)) @ v.to_shear + (v.unit * lift) @ v.to_pressure - held @ v.to_slip
     if task.lift is not None and motion.press is not None:
         work = work + motion.press.sum(axis=0) @ task.lift @ v.to_slip
     carried = np.abs(task.AB[v.loaded] @ slip.T.ravel()) / shear_unit[v.loaded]
@@ -80,7 +80,7 @@ def judged_margin(v: SafeSet, load_factor: float | None) -> SafeSlip:
     at = float(v.load_factor.value) * task.load_unit if load_factor is None else load_factor
     motion, bounds, slips = _weighed(v)
     share = (1 - cap) / slips if slips > 0 and cap < 1 else 0.0
-    motion, rate = motion.scaled(share), share * float(np.sum(bounds * task.states(at, slip)[3]))
+    motion, rate = motion.scaled(share), share * float(np.sum(bounds * task.states(at, slip)[1][:, -1]))
     resistance, drive = motion.work(task)
     if load_factor is None:  # a free load factor >= 0 can only help against a drive below zero
         drive = min(drive, 0.0)
@@ -94,7 +94,7 @@ def judged_margin(v: SafeSet, load_factor: float | None) -> SafeSlip:
     gap = abs(bound - off - margin) + off  # a defect that closes the gap counts for slips like this one alone
     whole, every, motion = on_whole(task, slip, motion)
     asked, own = (whole, every) if task.lift is None else (task, slip)  # the reserve of closed nodes, and of gaps, is that of their own question
-    pull = float(-asked.states(at, own)[3].min() / asked.force) if margin >= 0 else 0.0
+    pull = float(-asked.states(at, own)[1][:, -1].min() / asked.force) if margin >= 0 else 0.0
     residual = float(np.nan_to_num(max(gap, margin - asked.reserve(at, own), pull, asked.beyond(own), v.own.violation), nan=np.inf))
     if load_factor is None and bound < -RESIDUAL:  # nothing is safe at any load factor: no more is asked, and the upper bound alone proves it
         residual = off / -bound / FAR
@@ -110,7 +110,7 @@ def refuted(v: SafeSet) -> ShakedownLimit | None:
     if any(part.value is None for row in v.rows.values() for part in row.dual_variables):
         return None
     motion, _, slips = _weighed(v)
-    motion, none = motion.scaled(1 / slips if slips > 0 else 0.0), np.zeros(task.q1.shape[1:])
+    motion, none = motion.scaled(1 / slips if slips > 0 else 0.0), np.zeros(task.r1[0, :-1].T.shape)
     resistance, drive = motion.work(task)
     off = defect(v, motion, none) + task.load_unit * max(-drive, 0.0)
     if not resistance + off < -RESIDUAL or off / -(resistance + off) / FAR > RESIDUAL:
@@ -122,7 +122,7 @@ def refuted(v: SafeSet) -> ShakedownLimit | None:
 def _weighed(v: SafeSet) -> tuple[Mechanism, Array, float]:
     """The mechanism that the multipliers of a program stand for, those of the friction bounds, and the weight of a margin of 1 in all rows."""
     motion, bounds = v.motion()
-    weight = float((bounds + motion.lift - motion.friction * bounds).sum())
+    weight = float((bounds + motion.moves[:, -1] - motion.friction * bounds).sum())
     return motion, bounds, weight * v.task.mean_bound + (0.0 if motion.press is None else float(motion.press.sum()) * v.task.clearance)
 
 

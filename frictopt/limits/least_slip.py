@@ -15,7 +15,7 @@ import numpy as np
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_array, frozen
 from ..contact.coulomb import lengths
-from ..contact.parts import joined, parted
+from ..contact.parts import parted
 from ..contact.result import Plotted, Shown, components, frame, places
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import SolverError
@@ -117,7 +117,7 @@ class LeastSlip(Shown, Plotted):
 def least_slip(task: LimitQuestion, motion: Mechanism, limit: float, load_factor: float, residual: float) -> LeastSlip:
     """The bound that a mechanism of unit drive and the limit that it proves give at a load factor."""
     system, axes = task.system, task.system.tangents + 1
-    g, h = parted(joined(motion.slips, motion.lift) @ system.S, axes)
+    g, h = parted(motion.moves.reshape(len(motion.moves), -1) @ system.S, axes)
     moved = motion.size + motion.opening
     terms = float((np.tile(moved, axes - 1) @ np.abs(system.A) + moved @ np.abs(system.B)).max())
     unbalanced = float(np.abs(g.sum(axis=0)).max()) / terms if terms > 0 else 0.0

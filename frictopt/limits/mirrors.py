@@ -8,6 +8,7 @@ twice.
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +19,12 @@ from scipy.spatial.distance import cdist
 
 from ..contact import ContactSystem
 from ..contact.checks import Array
-from ..contact.coulomb import lengths
-from ..contact.parts import joined, parted
 from ..contact.tolerances import CONDENSATION, ROUNDING, SAME_POINT
 from .answered import Mechanism
 from .question import Images, LimitQuestion
 
 Integers = NDArray[np.intp]
+M = TypeVar("M", Mechanism, None)
 
 _ALONG = 10 * CONDENSATION  # error of tangents that lie along a mirror plane or across it, as of frames
 # Of stiffness, over that of the two nodes, of friction, gap and slip, over their largest value: a part adds nothing to the error of the whole.
@@ -52,8 +52,7 @@ def half_of(task: LimitQuestion) -> LimitQuestion:
     AB[:slips][times == 0] = 0.0
     return replace(
         task,
-        **{name: getattr(task, name)[:, kept] for name in ("q0", "p0", "q1", "p1")},
-        **{name: getattr(task, name)[kept] for name in ("friction", "closed")},
+        **{name: getattr(task, name)[..., kept] for name in ("r0", "r1", "friction", "closed")},
         AB=AB,
         stiffness=task.stiffness[unknowns],
         most=None if task.most is None else task.most[kept] / np.maximum(times.reshape(-1, len(kept)).max(axis=0), 1.0),
@@ -65,39 +64,35 @@ def half_of(task: LimitQuestion) -> LimitQuestion:
     )
 
 
-def on_whole(task: LimitQuestion, slip: Array, motion: Mechanism) -> tuple[LimitQuestion, Array, Mechanism]:
-    """The question of the whole contact, with slip and mechanism of its part expanded to it; those of a whole one as they are.
+def on_whole(task: LimitQuestion, slip: Array, motion: M) -> tuple[LimitQuestion, Array, M]:
+    """The question of the whole contact, with slip and mechanism (or None) of its part expanded to it; those of a whole one as they are.
 
-    The mechanism is the mean of its images. Open nodes follow it without force, pressed only where they would touch.
+    The slip is the sum of its images; open nodes have theirs at load factor 0, corner 0. The mechanism is the mean of its images; open nodes follow
+    it without force, pressed only where they would touch.
     """
-    whole, axes = task.whole, task.system.tangents + 1
+    whole = task.whole
     if whole is None or task.images is None:
         return task, slip, motion
-    (corners, places, signs), friction, closed = task.images, whole.friction * whole.closed, np.tile(whole.closed, axes)
-    own = np.hstack([joined(motion.slips, motion.lift), np.zeros((len(task.q1), task.w1.shape[1])) if motion.press is None else motion.press])
-    mean, hold = np.zeros((len(own), len(closed))), None
+    (corners, places, signs), shape = task.images, whole.r1.shape
+    every, hold = np.zeros((2, whole.AB.shape[1])), None if motion is None else motion.hold
+    for place, sign in zip(places[:, : slip.size], signs[:, : slip.size], strict=True):
+        every[0, place] += sign * slip.T.ravel()
+        every[1, place] += 0.0 if hold is None else sign * hold.ravel() / len(corners)
+    slip, held = (part.reshape(-1, shape[2]) for part in every)
+    slip = whole.states(0.0, slip.T)[0][0, :-1].T.reshape(whole.system.slip_shape)
+    if motion is None:
+        return whole, slip, motion
+    friction, closed = whole.friction * whole.closed, np.tile(whole.closed, shape[1])
+    press = np.zeros((shape[0], task.w1.shape[1])) if motion.press is None else motion.press
+    own, mean = np.hstack([motion.moves.reshape(shape[0], -1), press]), np.zeros((shape[0], len(closed)))
     for corner, at, sign in zip(corners, places, signs, strict=True):
         mean[np.ix_(corner, at)] += sign * own / len(corners)
-    slips, lift = parted(mean * closed, axes)
-    lift = np.maximum(lift, friction * lengths(slips, lift)) if len(corners) > 1 else lift  # but for rounding it is so
+    moves = (mean * closed).reshape(shape)
+    if len(corners) > 1:  # slips that turn against each other open nothing, but for rounding
+        moves[:, -1] = np.maximum(moves[:, -1], friction * np.linalg.norm(moves[:, :-1], axis=1))
     if whole.give is not None:
-        moved = joined(slips, lift)
-        slips, lift = parted(moved - (moved @ whole.system.S + mean * ~closed) @ whole.give, axes)
-    if motion.hold is not None:
-        held = np.zeros_like(whole.q1[0].T).ravel()
-        held[places[:, : motion.hold.size]] = signs[:, : motion.hold.size] * motion.hold.T.ravel() / len(corners)
-        hold = held.reshape(whole.q1[0].T.shape).T
-    return whole, slip_on_whole(task, slip), Mechanism(slips, lift, friction, hold, open=None if whole.give is None else ~whole.closed)
-
-
-def slip_on_whole(task: LimitQuestion, slip: Array) -> Array:
-    """The slip of the whole contact that one of its part means: the sum of its images; open nodes have theirs at load factor 0, corner 0."""
-    if task.whole is None or task.images is None:
-        return slip
-    every, (_, places, signs) = np.zeros(task.whole.q1[0].size), task.images
-    for place, sign in zip(places, signs, strict=True):
-        every[place[: slip.size]] += sign[: slip.size] * slip.T.ravel()
-    return np.asarray(task.whole.states(0.0, every.reshape(task.whole.q1[0].T.shape).T)[0][0])
+        moves = moves - ((moves.reshape(mean.shape) @ whole.system.S + mean * ~closed) @ whole.give).reshape(shape)
+    return whole, slip, Mechanism(moves, friction, None if hold is None else held, open=None if whole.give is None else ~whole.closed)
 
 
 def images_of(task: LimitQuestion) -> Images | None:
@@ -105,17 +100,29 @@ def images_of(task: LimitQuestion) -> Images | None:
 
     Itself is the first; all sets of planes across each other follow.
     """
-    n, axes = task.system.nodes, task.system.tangents + 1
+    system, S, n, axes = task.system, task.system.S, task.system.nodes, task.system.tangents + 1
     if n == 1 or task.whole is not None:
         return None
-    corners, places, signs, planes = [np.arange(len(task.q1))], [np.arange(axes * n)], [np.ones(axes * n)], list[Array]()
-    for plane, to, turn in _mirror_planes(task.system):
-        at = None if any(abs(plane @ other) > ROUNDING for other in planes) else _corners_there(task, to, turn)
-        if at is not None:
-            planes.append(plane)
-            corners += [at[corner] for corner in corners]
-            signs += [turn[place] * sign for place, sign in zip(places, signs, strict=True)]
-            places += [to[place] for place in places]
+    parts = np.array([system.gap, task.closed, task.friction, task.friction if task.most is None else task.most])
+    own = np.tile(np.sqrt(np.diag(S).reshape(axes, -1).max(axis=0).clip(0.0)), axes)
+    corners, places, signs, planes = [np.arange(len(task.r1))], [np.arange(axes * n)], [np.ones(axes * n)], list[Array]()
+    for plane, to, turn in _mirror_planes(system):
+        across = all(abs(plane @ other) <= ROUNDING for other in planes)
+        if not across or (np.abs(parts[:, to[:n]] - parts) > _ASYMMETRY * parts.max(axis=1, keepdims=True)).any():
+            continue
+        apart = np.zeros((len(task.r1),) * 2, dtype=bool)
+        for loads in (r.reshape(len(r), -1) for r in (task.r0, task.r1)):
+            apart |= cdist(loads[:, to] * turn, loads, "chebyshev") > _ASYMMETRY_OF_LOADS * np.abs(loads).max()
+        here, at = linear_sum_assignment(apart)  # the corner with the image of the loads of each
+        if apart[here, at].any():
+            continue
+        blocks = np.arange(len(S)).reshape(axes, -1)  # entry by entry: a soft node beside stiff ones has its own rounding
+        if any((np.abs(S[np.ix_(to[k], to)] * np.outer(turn[k], turn) - S[k]) > _ASYMMETRY * np.outer(own[k], own)).any() for k in blocks):
+            continue
+        planes.append(plane)
+        corners += [at[corner] for corner in corners]
+        signs += [turn[place] * sign for place, sign in zip(places, signs, strict=True)]
+        places += [to[place] for place in places]
     return (np.array(corners), np.array(places), np.array(signs)) if planes else None
 
 
@@ -138,23 +145,3 @@ def _mirror_planes(system: ContactSystem) -> Iterator[tuple[Array, Integers, Arr
         along = np.abs(turn - sign[:, :, None] * np.eye(3)).max() <= _ALONG and (sign[:, 2] == 1).all()
         if along and apart.max() <= SAME_POINT * np.abs(at).max() and (image[image] == nodes).all():
             yield normal, (first + image).ravel(), sign.T.ravel()
-
-
-def _corners_there(task: LimitQuestion, place: Integers, sign: Array) -> Integers | None:
-    """(K,) corner with the image of the loads of each corner; None where one has none, or the image is another contact."""
-    system, S = task.system, task.system.S
-    parts = np.array([system.gap, task.closed, task.friction, task.friction if task.most is None else task.most])
-    if (np.abs(parts[:, place[: system.nodes]] - parts) > _ASYMMETRY * parts.max(axis=1, keepdims=True)).any():
-        return None
-    apart = np.zeros((len(task.q1),) * 2, dtype=bool)
-    for loads in (joined(task.q0, task.p0), joined(task.q1, task.p1)):
-        apart |= cdist(loads[:, place] * sign, loads, "chebyshev") > _ASYMMETRY_OF_LOADS * np.abs(loads).max()
-    corners = linear_sum_assignment(apart)
-    if apart[corners].any():
-        return None
-    axes = system.tangents + 1
-    own = np.tile(np.sqrt(np.diag(S).reshape(axes, -1).max(axis=0).clip(0.0)), axes)
-    for rows in np.arange(len(S)).reshape(axes, -1):  # entry by entry: a soft node beside stiff ones has its own rounding
-        if (np.abs(S[np.ix_(place[rows], place)] * np.outer(sign[rows], sign) - S[rows]) > _ASYMMETRY * np.outer(own[rows], own)).any():
-            return None
-    return np.asarray(corners[1])

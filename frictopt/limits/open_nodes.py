@@ -16,7 +16,7 @@ import numpy as np
 
 from ..contact import ContactSystem
 from ..contact.checks import Array, Booleans
-from ..contact.parts import joined, parted
+from ..contact.parts import joined
 from ..contact.tolerances import CONDENSATION, ROUNDING
 from ..errors import ModelError, NoContinuation
 from .question import LimitQuestion, units_of
@@ -50,26 +50,24 @@ def rest_of(task: LimitQuestion, opened: Booleans) -> LimitQuestion | None:
     out, n = np.tile(opened, axes), int((~opened).sum())
     gaps = np.flatnonzero(opened) + (axes - 1) * len(opened)
     follow = give[np.ix_(out, out)] @ S[np.ix_(out, ~out)]
-    at_zero, cyclic = joined(task.q0, task.p0), joined(task.q1, task.p1)
-    q0, p0, q1, p1 = (part for load in (at_zero, cyclic) for part in parted(load[:, ~out] - load[:, out] @ follow, axes))
+    at_zero, cyclic = (r.reshape(len(r), -1) for r in (task.r0, task.r1))
+    r0, r1 = ((load[:, ~out] - load[:, out] @ follow).reshape(len(load), axes, n) for load in (at_zero, cyclic))
     friction, left = task.friction[~opened], S[np.ix_(~out, ~out)] - S[np.ix_(~out, out)] @ follow
     values, vectors = np.linalg.eigh((left + left.T) / 2)  # what nothing resists any more is left as rounding of both signs
     left = (vectors * np.where(values > _NOTHING_LEFT * np.abs(S).max(), values, 0.0)) @ vectors.T
     left = (left + left.T) / 2
-    units = units_of(friction, q0, p0, q1, p1, left[:, :-n])  # what would press the open nodes shut is no scale
+    units = units_of(friction, r0, r1, left[:, :-n])  # what would press the open nodes shut is no scale
     return replace(
         task,
         friction=friction,
-        q0=q0,
-        p0=p0,
-        q1=q1,
-        p1=p1,
+        r0=r0,
+        r1=r1,
         AB=left[:, :-n],
         stiffness=task.stiffness[~out],
         most=None if task.most is None else task.most[~opened],
         closed=task.closed[~opened],
         whole=replace(task, closed=~opened, give=give, **units),
-        images=(np.arange(len(task.q1))[None], np.r_[np.flatnonzero(~out), gaps][None], np.ones((1, axes * n + len(gaps)))),
+        images=(np.arange(len(task.r1))[None], np.r_[np.flatnonzero(~out), gaps][None], np.ones((1, axes * n + len(gaps)))),
         lift=-follow[-len(gaps) :, :-n],
         w0=-at_zero @ give[:, gaps],
         w1=-cyclic @ give[:, gaps],

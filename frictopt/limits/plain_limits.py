@@ -10,9 +10,7 @@ import numpy as np
 
 from ..contact.answers import LimitKind
 from ..contact.checks import Array
-from ..contact.coulomb import lengths
 from ..contact.diagnosis import growth_diagnosis
-from ..contact.parts import parted
 from ..contact.result import SolveRecord
 from ..contact.tolerances import GROWN, RESIDUAL
 from ..errors import ModelError, SolverError
@@ -56,8 +54,8 @@ def _ends(task: LimitQuestion) -> tuple[End, End] | None:
     if floating and (rigid.shape[1] > 1 or np.ptp(rigid) > 1e-6 / np.sqrt(len(friction))):
         return None
 
-    q0, bound = task.q0[0], friction * task.p0[0]
-    forward, backward = -(task.q1 + friction * task.p1), task.q1 - friction * task.p1
+    (q0, p0), (q1, p1) = task.r0[0], task.r1.swapaxes(0, 1)
+    bound, forward, backward = friction * p0, -(q1 + friction * p1), q1 - friction * p1
     rules = forward.argmax(axis=0), backward.argmax(axis=0)
     rise, fall = forward.max(axis=0), backward.max(axis=0)
     resistance, drive = 2 * bound, rise + fall
@@ -84,7 +82,7 @@ def _mechanism(which: int, rules: tuple[np.ndarray, np.ndarray], shape: tuple[in
     moved = np.arange(n) if which >= n else which
     for way in (which - n,) if which >= n else (0, 1):
         slips[way, rules[way][moved], moved] = 1.0
-    return Mechanism(slips[0] - slips[1], friction * slips.sum(axis=0), friction)
+    return Mechanism(np.stack([slips[0] - slips[1], friction * slips.sum(axis=0)], axis=1), friction)
 
 
 def by_one_node(task: LimitQuestion, motion: Mechanism, why: str, solver: str | None, *, under: bool) -> ShakedownLimit:
@@ -135,28 +133,28 @@ def no_limit(task: LimitQuestion, solver: str | None) -> ShakedownLimit | None:
         return ShakedownLimit(np.nan, LimitKind.NO_SAFE_SLIP, unsafe, np.nan, existence.record, whole, existence._motion)
     slip, growing = np.zeros(task.system.slip_shape), existence
     if not _carried(task, task.own(slip)):  # no slip, which programs find up to rounding alone, may grow with the load as well
-        none = {name: np.zeros_like(getattr(task, name)) for name in ("q0", "p0", "w0")}
+        none = {name: np.zeros_like(getattr(task, name)) for name in ("r0", "w0")}
         still = None if task.most is None else np.zeros_like(task.most)  # a bounded slip cannot grow with the load
         growing = solve_margin(replace(task, **none, most=still), task.load_unit, solver)
         slip = growing.slip
         if not (growing.margin >= -RESIDUAL and _carried(task, task.own(slip))):
             return None
     slipped, rounding = whole.change(slip / task.load_unit), GROWN * whole.mean_bound / task.load_unit
-    why = growth_diagnosis(whole.friction, (whole.q1, whole.p1), slipped, rounding)
+    why = growth_diagnosis(whole.friction, whole.parts[2:], slipped, rounding)
     return ShakedownLimit(np.inf, LimitKind.UNBOUNDED, unsafe, np.inf, growing.record, whole, growing._motion.scaled(0.0), _why=why)
 
 
 def _carried(task: LimitQuestion, slip: Array) -> bool:
     """Whether the slip that grows with the load keeps each node within its bound, up to a share of what acts on this node itself."""
     f, v = task.friction, np.abs(slip.T.ravel())
-    q1, p1 = task.load_unit * task.q1, task.load_unit * task.p1
-    sheared, pressed = parted(np.abs(task.AB) @ v, task.system.tangents + 1)
-    own = np.maximum(lengths(q1, p1), f * np.abs(p1)).max(axis=0) + lengths(sheared, pressed) + f * pressed
-    q, p = (cyclic_part + part for cyclic_part, part in zip((q1, p1), task.change(slip), strict=True))
+    r1 = task.load_unit * task.r1
+    change, most = ((AB @ slips).reshape(r1[0].shape) for AB, slips in ((task.AB, slip.T.ravel()), (np.abs(task.AB), v)))
+    sizes, (q, p) = np.linalg.norm(r1[:, :-1], axis=1), (np.linalg.norm((r1 + change)[:, :-1], axis=1), (r1 + change)[:, -1])
+    own = np.maximum(sizes, f * np.abs(r1[:, -1])).max(axis=0) + np.linalg.norm(most[:-1], axis=0) + f * most[-1]
     lift = np.zeros((0, len(v))) if task.lift is None else task.lift
     opens = task.load_unit * task.w1
     apart = (opens + lift @ slip.T.ravel() >= -RESIDUAL * (np.abs(opens) + np.abs(lift) @ v)).all()
-    return bool(apart) and bool((np.maximum(lengths(q, p) - f * p, -p).max(axis=0) <= RESIDUAL * own).all())
+    return bool(apart) and bool((np.maximum(q - f * p, -p).max(axis=0) <= RESIDUAL * own).all())
 
 
 def no_limit_under(v: SafeSet, solver: str | None) -> ShakedownLimit | None:
@@ -168,7 +166,7 @@ def no_limit_under(v: SafeSet, solver: str | None) -> ShakedownLimit | None:
         An objective without a largest value.
     """
     task, names = v.task.whole or v.task, v.own.names
-    unsafe, still = np.full(task.system.slip_shape, np.nan), Mechanism(np.zeros_like(task.q1), np.zeros_like(task.p1), task.friction)
+    unsafe, still = np.full(task.system.slip_shape, np.nan), Mechanism(np.zeros_like(task.r1), task.friction)
     excess = contradiction(v.problem, solver)
     if excess.bound > RESIDUAL:
         ruling = ", ".join(name for name in names if name in excess.ruling)

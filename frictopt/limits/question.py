@@ -11,7 +11,7 @@ from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..contact.checks import Array, Booleans, finite_array, flag, real_array
 from ..contact.coulomb import lengths, off_law
 from ..contact.cycle import checked_cycle
-from ..contact.parts import joined, parted
+from ..contact.parts import parted
 from ..contact.system import checked_system, reactions
 from ..contact.tolerances import CONDENSATION, NO_COUPLING
 from ..errors import ModelError
@@ -33,9 +33,9 @@ class LimitQuestion:
         The whole contact and its load cycle.
     friction
         (N,) coefficients of friction of the N nodes of the question.
-    q0, p0, q1, p1
-        Closed reactions of the cycle on these nodes, force: (K, N) or (K, N, 2) and (K, N) at load factor 0, (1, N) where they are the same at all
-        corners; and what a load factor of 1 adds, (K, N) or (K, N, 2) and (K, N).
+    r0, r1
+        Closed reactions `[q, p]` of the cycle on these nodes, (K, t + 1, N), the normal ones last, force: at load factor 0, (1, t + 1, N) where they
+        are the same at all corners; and what a load factor of 1 adds. `parts` has them apart.
     AB, stiffness
         (M, t N) forces by slips of these nodes, A over B, and (M,) the size of their own stiffness, see `ContactSystem`.
     simplify
@@ -70,10 +70,8 @@ class LimitQuestion:
     system: ContactSystem
     cycle: LoadCycle
     friction: Array
-    q0: Array
-    p0: Array
-    q1: Array
-    p1: Array
+    r0: Array
+    r1: Array
     AB: Array
     stiffness: Array
     simplify: bool
@@ -93,15 +91,24 @@ class LimitQuestion:
     w0: Array = field(default_factory=lambda: np.zeros((1, 0)))
     w1: Array = field(default_factory=lambda: np.zeros((1, 0)))
 
-    def states(self, load_factor: float, slip: Array) -> tuple[Array, Array, Array, Array]:
-        """Slips, gaps, reactions `v, w, q, p` at corners, (K, N) or (K, N, 2), under a residual slip; open nodes leave it, and carry nothing."""
-        axes, closed = self.system.tangents + 1, np.tile(self.closed, self.system.tangents + 1)
-        u = joined(slip, np.zeros(len(slip))) * closed
-        r = joined(self.q0, self.p0) + load_factor * joined(self.q1, self.p1) + self.AB @ u[: self.AB.shape[1]]
+    @property
+    def parts(self) -> tuple[Array, Array, Array, Array]:
+        """The same reactions as `q0, p0, q1, p1`: the shear forces (K, N) or (K, N, 2), the normal ones (K, N)."""
+        (q0, p0), (q1, p1) = (parted(r.reshape(len(r), -1), self.system.tangents + 1) for r in (self.r0, self.r1))
+        return q0, p0, q1, p1
+
+    def states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
+        """Slips and gaps `[v, w]` and reactions `[q, p]` at the corners, each (K, t + 1, N), under a residual slip, (N,) or (N, 2).
+
+        Open nodes leave it, and carry nothing.
+        """
+        u = np.zeros(self.r1.shape[1:])
+        u[:-1] = slip.T * self.closed
+        r = self.r0 + load_factor * self.r1 + (self.AB @ u[:-1].ravel()).reshape(u.shape)
         if self.give is not None:
-            follow = r @ self.give
-            u, r = u - follow, (r - follow @ self.system.S) * closed
-        return (*parted(np.broadcast_to(u, r.shape), axes), *parted(r, axes))
+            follow = r.reshape(len(r), -1) @ self.give
+            u, r = u - follow.reshape(r.shape), (r - (follow @ self.system.S).reshape(r.shape)) * self.closed
+        return np.broadcast_to(u, r.shape), r
 
     def change(self, slip: Array) -> tuple[Array, Array]:
         """Reactions `A v, B v` that a residual slip, (N,) or (N, 2), adds to those of the closed contact."""
@@ -120,15 +127,16 @@ class LimitQuestion:
 
     def violation(self, load_factor: float, slip: Array) -> float:
         """How far the slip of a whole contact is from being safe: its largest violation of the contact law over the corners, or of its bound."""
-        v, w, q, p = self.states(load_factor, slip)
-        bonded = joined(*reactions(self.system, self.cycle.unscaled)) + load_factor * joined(self.q1, self.p1)
-        off = off_law(self.system, self.friction, bonded, joined(v, w - self.system.gap), joined(q, p), self.force)
+        S, gap = self.system.S, np.pad(self.system.gap, (self.r1[0, :-1].size, 0))
+        r0, r1, u, r = (part.reshape(len(part), -1) for part in (self.r0, self.r1, *self.states(load_factor, slip)))
+        off = off_law(self.system, self.friction, r0 + load_factor * r1 + S @ gap, u - gap, r, self.force)
         return float(np.nan_to_num(max(off.max(), self.beyond(slip)), nan=np.inf))
 
     def reserve(self, load_factor: float, slip: Array) -> float:
         """The margin of a slip, see `SafeSlip.margin`."""
-        _, _, q, p = self.states(load_factor, slip)
-        closed = float(min((self.friction * p - lengths(q, p)).min(), p.min() if self.opening else np.inf)) / self.mean_bound
+        r = self.states(load_factor, slip)[1]
+        q, p = np.linalg.norm(r[:, :-1], axis=1), r[:, -1]
+        closed = float(min((self.friction * p - q).min(), p.min() if self.opening else np.inf)) / self.mean_bound
         return min(closed, float(self.gaps(load_factor, slip).min(initial=np.inf)) / self.clearance)
 
     def gaps(self, load_factor: float, slip: Array) -> Array:
@@ -150,14 +158,16 @@ def pose(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, simpli
     ModelError
         Wrong types, load cases that the system does not have, bad friction, a bad slip bound, a mean load whose shear hides its pressure.
     """
-    loads = *checked_cycle(cycle).unscaled_reactions(checked_system(system)), *reactions(system, cycle.corners)
+    nodes, loads = checked_system(system).nodes, (checked_cycle(cycle).unscaled, cycle.corners)
+    r0, r1 = (reactions(system, part).reshape(len(part), -1, nodes) for part in loads)
+    r0 = r0 - (system.S[:, -nodes:] @ system.gap).reshape(-1, nodes)  # all gaps are pressed shut
     f, most = friction_coefficients(friction, system.nodes), None if slip_bound is None else _slip_bounds(slip_bound, system.nodes)
     AB, lean, closed = system.S[:, : -system.nodes], flag("simplify", simplify), np.ones(system.nodes, dtype=bool)
-    units, fixed = units_of(f, *loads, AB), len(loads[0]) > 1
-    return LimitQuestion(system, cycle, f, *loads, AB, system.own_stiffness, lean, most, **units, fixed=fixed, closed=closed)
+    units, fixed = units_of(f, r0, r1, AB), len(r0) > 1
+    return LimitQuestion(system, cycle, f, r0, r1, AB, system.own_stiffness, lean, most, **units, fixed=fixed, closed=closed)
 
 
-def units_of(f: Array, q0: Array, p0: Array, q1: Array, p1: Array, AB: Array) -> dict[str, Any]:
+def units_of(f: Array, r0: Array, r1: Array, AB: Array) -> dict[str, Any]:
     """Force, load_unit, mean_bound, opening and uncoupled of a `LimitQuestion`.
 
     Raises
@@ -165,13 +175,14 @@ def units_of(f: Array, q0: Array, p0: Array, q1: Array, p1: Array, AB: Array) ->
     ModelError
         A mean load whose shear hides its pressure.
     """
-    sheared, pressed, swung = lengths(q1, p1), np.abs(p0), np.abs(p1)
-    force = float(pressed.mean() or max(lengths(q0, p0).mean(), sheared.mean(), swung.mean()) or 1.0)
+    held, sheared = (np.linalg.norm(r[:, :-1], axis=1) for r in (r0, r1))
+    p0, pressed, swung = r0[:, -1], np.abs(r0[:, -1]), np.abs(r1[:, -1])
+    force = float(pressed.mean() or max(held.mean(), sheared.mean(), swung.mean()) or 1.0)
     demand = float(sheared.mean() + (f * swung).mean()) + float(swung[:, f == 0].sum()) / len(f)
     bound, size = float((f * p0).mean()), float((f * pressed).mean())
     load_unit = (size or force) / demand if demand > 0 else 1.0
     mean_bound = bound if bound > CONDENSATION * size else force  # a shear alone leaves rounding
-    if (held := lengths(q0, p0)).max() > _MOST_SHEAR * force:
+    if held.max() > _MOST_SHEAR * force:
         raise ModelError(
             f"mean: its shear force at node {int(held.max(axis=0).argmax())} is {held.max() / force:.1e} times the mean normal force {force:.3g}, "
             "and rounding of the one hides the other; press the contact, or check the units of the load cases"

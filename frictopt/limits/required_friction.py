@@ -117,8 +117,8 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     model = SafeSlipModel(system, cycle, slip_bound=slip_bound)
     asked, most, task = _Asked(model, load_factor), 1.0, model._asked
     within, smaller = ("", "") if slip_bound is None else (" within the slip bound", "smaller ")
-    sheared = load_factor * task.q1
-    alike = np.ptp(task.q0 + sheared, axis=0).max() <= RESIDUAL * max(np.abs(task.q0).max(), np.abs(sheared).max())
+    held, sheared = task.r0[:, :-1], load_factor * task.r1[:, :-1]
+    alike = np.ptp(held + sheared, axis=0).max() <= RESIDUAL * max(np.abs(held).max(), np.abs(sheared).max())
     none_needed = alike and asked.proven(0.0, True)  # else no slip takes the shear off at all corners
     if not (none_needed or asked.proven(most, True)):
         pressed, record = best_pressed(system, cycle, load_factor, slip_bound)
@@ -168,7 +168,7 @@ class _Asked:
 
     def __init__(self, model: SafeSlipModel, load_factor: float) -> None:
         self._model, self._load_factor = model, load_factor
-        self.may_open = bool((model._asked.p0 < 0).any())
+        self.may_open = bool((model._asked.r0[:, -1] < 0).any())
         """Whether the mean load may open nodes, more or fewer of them with more friction."""
         self._found: dict[float, SafeSlip] = {}
 
@@ -234,12 +234,12 @@ class Pressing:
 
     def __init__(self, v: SafeSet, load_factor: float) -> None:
         task, slip = v.task, v.solved_slip
-        p = task.states(load_factor, slip)[3]
+        p = task.states(load_factor, slip)[1][:, -1]
         self.least = float(min(p.min() / task.force, 1.0))
-        cap, rule = v.cap("cap"), ruling(-task.p0, -task.p1, load_factor)
-        opening = np.zeros(task.p1.shape)
-        opening[rule] = np.maximum(v.rows["pressed"].dual_value, 0.0) / v.unit
-        motion = Mechanism(np.zeros(task.q1.shape), opening, task.friction, v.held()[0])
+        cap, (corner, node) = v.cap("cap"), ruling(-task.r0[:, -1], -task.r1[:, -1], load_factor)
+        moves = np.zeros(task.r1.shape)
+        moves[corner, -1, node] = np.maximum(v.rows["pressed"].dual_value, 0.0) / v.unit
+        motion = Mechanism(moves, task.friction, v.held()[0])
         opened = float(motion.opening.sum()) * task.force
         self.motion = motion.scaled((1 - cap) / opened if opened > 0 and cap < 1 else 0.0)
         resistance, drive = self.motion.work(task)
@@ -268,6 +268,6 @@ def best_pressed(system: ContactSystem, cycle: LoadCycle, load_factor: float, sl
     """
     task, least = pose(system, cycle, 0.0, slip_bound=slip_bound), cp.Variable(name="least")
     v = safe_set(task)
-    p = (task.p0 + load_factor * task.p1).min(axis=0) / v.unit + v.pressure  # of the corner that rules
+    p = (task.r0 + load_factor * task.r1)[:, -1].min(axis=0) / v.unit + v.pressure  # of the corner that rules
     v = v.posed(v.program(cp.Maximize(least), {"pressed": p >= cp.multiply(task.force / v.unit, least), "cap": least <= 1}))
     return solve(v.problem, lambda: Pressing(v, load_factor))

@@ -19,35 +19,28 @@ def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:
     changes a pressure is resisted, however little, or S would not be positive semi-definite.
     """
     tangent, normal = np.split(np.sqrt(task.stiffness), [-len(task.friction)])
-    n = len(tangent)
-    scaled, pressure = task.AB[:n] / np.outer(tangent, tangent), task.AB[n:] / np.outer(normal, tangent)
+    t = len(tangent)
+    scaled, pressure = task.AB[:t] / np.outer(tangent, tangent), task.AB[t:] / np.outer(normal, tangent)
     idle = ~(scaled.any(axis=0) | (np.abs(pressure).max(axis=0) > RIGID))
     scaled[idle, idle] = 1.0  # what nothing feels at all, such as slip across a mirror plane, is a slide by itself, so that the others stay exact
-    values, soft = _softest(scaled)
+    factor, rng, count, stiffest = lu_factor(scaled + RIGID * np.eye(t)), np.random.default_rng(0), 0, 0.0
+    while stiffest <= RIGID and count < t:  # inverse iteration of more slips than there are soft ones, which many small eigenvalues cannot slow
+        count = min(2 * count or _FIRST, t)
+        soft = rng.normal(size=(t, count))
+        for _ in range(_ITERATIONS):
+            soft = np.linalg.qr(lu_solve(factor, soft))[0]
+        values, turn = np.linalg.eigh(soft.T @ scaled @ soft)
+        stiffest = values[-1]
+    values, soft = values[values <= RIGID], (soft @ turn)[:, values <= RIGID]
     held = (values > 0) & (np.abs(pressure @ soft).max(axis=0) > RIGID)
     share = np.where(held, 1 / np.where(held, values, 1.0), 0.0) - 1 / (1 + values)
-    factor = cholesky((scaled + soft @ soft.T).T, lower=True, overwrite_a=True, check_finite=False)  # soft slips have the stiffness 1 + value
-    compliance = np.tril(dpotri(factor, lower=1, overwrite_c=1)[0])
+    root = cholesky((scaled + soft @ soft.T).T, lower=True, overwrite_a=True, check_finite=False)  # soft slips have the stiffness 1 + value
+    compliance = np.tril(dpotri(root, lower=1, overwrite_c=1)[0])
     compliance += np.tril(compliance, -1).T + (soft * share) @ soft.T
     compliance /= np.outer(tangent, tangent)
     rigid = np.hstack([np.linalg.qr(soft[:, ~held] / tangent[:, None])[0], np.eye(len(tangent))[:, idle]])
     compliance -= rigid @ (rigid.T @ compliance)
     return rigid, np.asarray(compliance - (compliance @ rigid) @ rigid.T)
-
-
-def _softest(stiffness: Array) -> tuple[Array, Array]:
-    """Eigenvalues up to RIGID and their eigenvectors, by inverse iteration of more slips than there are, which many small eigenvalues cannot slow."""
-    size, rng, count, stiffest = len(stiffness), np.random.default_rng(0), 0, 0.0
-    factor = lu_factor(stiffness + RIGID * np.eye(size))
-    while stiffest <= RIGID and count < size:
-        count = min(2 * count or _FIRST, size)
-        soft = rng.normal(size=(size, count))
-        for _ in range(_ITERATIONS):
-            soft = np.linalg.qr(lu_solve(factor, soft))[0]
-        values, turn = np.linalg.eigh(soft.T @ stiffness @ soft)
-        stiffest = values[-1]
-    few = values <= RIGID
-    return values[few], (soft @ turn)[:, few]
 
 
 def balanced(rigid: Array) -> tuple[NDArray[np.intp], Array]:

@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array
+from ..contact.parts import parted
 from ..solve.solvers import LP, SOCP, solver_order
 from .answered import Answered
 from .design_loads import DesignLoads
 from .friction_bounds import safe_set
-from .mirrors import slip_on_whole
+from .mirrors import on_whole
 from .own_rows import OF_A_MODEL, OwnRows, extended
 from .question import LimitQuestion, pose
 from .safe_set import SafeSet
@@ -43,7 +44,8 @@ class SafeModel:
         self._posed = partial(pose, system, cycle, simplify=simplify, slip_bound=self._asked.most)  # by its friction
         solver_order(solver, LP if system.tangents == 1 else SOCP)
         self._load = cp.Parameter(nonneg=True, name="load_unit")  # or the load factor, where it is given
-        shapes = {"load_factor": (), "slip": system.slip_shape, "q": self._asked.q1.shape, "p": self._asked.p1.shape}
+        corners, slips = (len(cycle.corners),), system.slip_shape
+        shapes = {"load_factor": (), "slip": slips, "q": corners + slips, "p": corners + slips[:1]}
         self.load_factor, self.slip, self.q, self.p = (cp.Variable(shape, name=OF_A_MODEL + name) for name, shape in shapes.items())
         if self._given:
             self.load_factor = self._load
@@ -60,19 +62,18 @@ class SafeModel:
             place = np.eye(len(out))[:, ~out]
             moved = place - whole.give[: len(out)] @ (task.system.S[:, : len(out)] @ place)
             slip, shear, pressed = (
-                slip_on_whole(task, np.zeros(task.q1.shape[1:])).T.ravel() + moved @ slip,
+                on_whole(task, np.zeros(task.r1[0, :-1].T.shape), None)[1].T.ravel() + moved @ slip,
                 place @ shear,
                 place[: shape[0], : pressed.size] @ pressed,
             )
 
-        def at_corners(mean: Array, cyclic: Array, change: cp.Expression) -> cp.Expression:
-            every = np.zeros((2, len(cyclic), *whole.q1.shape[1 : cyclic.ndim]))
-            every[:, :, whole.closed] = np.broadcast_to(mean, cyclic.shape), cyclic
-            mean, cyclic = every
-            return cp.Constant(mean) + cp.reshape(change, (1, *cyclic.shape[1:]), order="F") + lam * cp.Constant(cyclic)
-
+        every = np.zeros((2, *whole.r1.shape))
+        every[..., whole.closed] = np.broadcast_to(task.r0, task.r1.shape), task.r1
         meant = {self.slip: cp.reshape(slip, shape, order="F"), self.load_factor: lam}
-        return meant | {self.q: at_corners(task.q0, task.q1, shear), self.p: at_corners(task.p0, task.p1, pressed)}
+        loads = parted(every.reshape(2, len(task.r1), -1), task.system.tangents + 1)
+        for unknown, change, (mean, cyclic) in zip((self.q, self.p), (shear, pressed), loads, strict=True):
+            meant[unknown] = cp.Constant(mean) + cp.reshape(change, (1, *cyclic.shape[1:]), order="F") + lam * cp.Constant(cyclic)
+        return meant
 
     def _shown(self, answer: A, **more: Array | float) -> A:
         """An answer, whose values stand in the user's unknowns from now on."""

@@ -11,7 +11,6 @@ import pandas as pd
 
 from ..contact import ContactSystem, friction_coefficients
 from ..contact.checks import Array, check_name, checked_loads, finite_number, frozen, listed, warns_of_odd_values
-from ..contact.parts import joined
 from ..contact.system import checked_system
 from ..contact.tolerances import RESIDUAL, ZERO_LOAD_FACTOR
 from ..errors import ModelError, SolverError
@@ -137,21 +136,20 @@ class _Search:
             reach = bound = 0.0
         motion = self._ruled(_of_closed(limit._motion, limit))
         drives = [motion.work(unit)[1] for unit in self._unit]
-        motion = on_whole(self._unit[0], np.zeros(self._unit[0].q1.shape[1:]), motion)[2]
+        motion = on_whole(self._unit[0], np.zeros(self._unit[0].r1[0, :-1].T.shape), motion)[2]
         return _Point(reach * np.array([first, second]), limit, np.array(drives), float(bound), motion)
 
     def _ruled(self, motion: Mechanism) -> Mechanism:
         """The same motions at the corners that rule them where both amplitudes are above zero: a ray of one load alone leaves the other's open."""
         (one, other), f, nodes = self._unit, motion.friction, np.arange(len(motion.friction))
-        q, p, w = (first + second for first, second in ((one.q1, other.q1), (one.p1, other.p1), (one.w1, other.w1)))
-        slips, sizes, opening, press = (np.zeros_like(part) for part in (q, p, p, w))
-        for slip, size in zip(motion.slips, motion.size, strict=True):
-            rules = (-(q * slip).reshape(*p.shape, -1).sum(axis=-1) - f * size * p).argmax(axis=0)
-            slips[rules, nodes] += slip
-            sizes[rules, nodes] += size
-        opening[(-p).argmax(axis=0), nodes] = motion.opening.sum(axis=0)
+        r, w = one.r1 + other.r1, one.w1 + other.w1
+        moves, press = np.zeros_like(r), np.zeros_like(w)
+        for slip, size in zip(motion.moves, motion.size, strict=True):
+            along = np.vstack([slip[:-1], f * size])  # what it opens besides is at the corner of the least pressure
+            moves[(-r * along).sum(axis=1).argmax(axis=0), :, nodes] += along.T
+        moves[r[:, -1].argmin(axis=0), -1, nodes] += motion.opening.sum(axis=0)
         press[w.argmin(axis=0), np.arange(w.shape[1])] = 0.0 if motion.press is None else motion.press.sum(axis=0)
-        return Mechanism(slips, opening + f * sizes, f, press=press)
+        return Mechanism(moves, f, press=press)
 
     def between(self, one: _Point, other: _Point) -> list[_Point]:
         """Points of the border between two, as many as its sides need; in space until their lines meet near enough to the chords."""
@@ -212,9 +210,9 @@ def _of_closed(motion: Mechanism, limit: ShakedownLimit) -> Mechanism:
     """The part of the closed nodes in the mechanism of a limit, see `on_whole`."""
     if not limit.open.any():
         return motion
-    press = -joined(motion.slips, motion.lift) @ limit.system.S[:, -limit.system.nodes :][:, limit.open]
+    press = -motion.moves.reshape(len(motion.moves), -1) @ limit.system.S[:, -limit.system.nodes :][:, limit.open]
     closed = ~limit.open
-    return Mechanism(motion.slips[:, closed], motion.lift[:, closed], motion.friction[closed], press=press.clip(0.0))
+    return Mechanism(motion.moves[..., closed], motion.friction[closed], press=press.clip(0.0))
 
 
 def _part(name: str, load: Any) -> list[Mapping[str, float]]:

@@ -80,8 +80,8 @@ class SafeSet(ABC):
 
     def __init__(self, task: LimitQuestion, design: DesignLoads | None = None) -> None:
         self.task, self.design, self.rows, self.own, self.parameters = task, design, {}, OwnRows(), dict[str, cp.Parameter]()
-        pressure, acts = np.abs(task.p0).max(axis=0), np.maximum(lengths(task.q1, task.p1), np.abs(task.p1)).max(axis=0)
-        acts = np.maximum(lengths(task.q0, task.p0).max(axis=0), acts)
+        (sheared, swung), (held, pressed) = ((np.linalg.norm(r[:, :-1], axis=1), np.abs(r[:, -1])) for r in (task.r1, task.r0))
+        pressure, acts = pressed.max(axis=0), np.maximum(held.max(axis=0), np.maximum(sheared, swung).max(axis=0))
         self.unit = np.where(pressure > _NO_PRESSURE * task.force, pressure, np.maximum(acts, _NO_PRESSURE * task.force))
         rigid, compliance = rigid_slides(task)
         each = np.tile(self.unit, task.system.tangents)[:, None]
@@ -111,11 +111,6 @@ class SafeSet(ABC):
     def ask(self, task: LimitQuestion, load_factor: float | None = None) -> None:
         """Set friction, loads, and the load factor where it is given."""
         self.task, self._given = task, load_factor
-        if task.lift is not None:  # gaps are divided by what unit unknowns and loads make of them
-            self._closing = ruling(-task.w0, -task.w1, load_factor)
-            of_slip = np.abs(task.lift @ np.hstack([self.to_slip, self.rigid])).max(axis=1, initial=0.0)
-            room = np.max([of_slip, np.abs(task.w0).max(axis=0), task.load_unit * np.abs(task.w1).max(axis=0)], axis=0)
-            self._room = np.where(room > 0, room, task.clearance)
 
     @abstractmethod
     def motion(self) -> tuple[Mechanism, Array]:
@@ -150,7 +145,7 @@ class SafeSet(ABC):
         slip, most = self.to_slip @ self.traction.value, self.task.most
         if self.slide is not None and self.slide.value is not None:
             slip = slip + self.rigid @ self._slid(self.slide)
-        slip = slip.reshape(self.task.q1.shape[1:], order="F")
+        slip = slip.reshape((-1, *self.task.system.slip_shape[1:]), order="F")
         if most is None:
             return np.asarray(slip)
         slip[most == 0] = 0.0
@@ -199,8 +194,12 @@ class SafeSet(ABC):
         return rows | {"no_slip": slip[fixed] == 0} if len(fixed) else rows
 
     def _apart(self, lift: Array, load_factor: cp.Variable | None, margin: cp.Variable | None) -> Rows:
-        """Rows by which open nodes stay open, at the corners that rule them."""
-        task, (corner, node) = self.task, self._closing
+        """Rows by which open nodes stay open, at the corners that rule them; gaps are divided by what unit unknowns and loads make of them."""
+        task = self.task
+        self._closing = corner, node = ruling(-task.w0, -task.w1, self._given)
+        of_slip = np.abs(lift @ np.hstack([self.to_slip, self.rigid])).max(axis=1, initial=0.0)
+        room = np.max([of_slip, np.abs(task.w0).max(axis=0), task.load_unit * np.abs(task.w1).max(axis=0)], axis=0)
+        self._room = np.where(room > 0, room, task.clearance)
         room = self._room[node]
         lam: Any = self._given if load_factor is None else task.load_unit * load_factor
         reserve = 0.0 if margin is None else task.clearance / room * margin
@@ -209,7 +208,7 @@ class SafeSet(ABC):
         return {"stays_open": gap >= reserve}
 
     def held(self) -> tuple[Array | None, Array | None]:
-        """Multipliers of the slip bound and of gaps: forces by which it holds nodes, (N,) or (N, 2), and that keep open nodes from touching, (K, O).
+        """Multipliers of the slip bound and of gaps: forces by which it holds nodes, (t, N), and that keep open nodes from touching, (K, O).
 
         None without a bound, or without open nodes.
         """
@@ -219,14 +218,14 @@ class SafeSet(ABC):
             press[corner, node] = np.maximum(self.rows["stays_open"].dual_value, 0.0) / self._room[node]
         if "forward_slip_bound" in self.rows:
             forward, backward = (np.maximum(self.rows[f"{way}_slip_bound"].dual_value, 0.0) for way in ("forward", "backward"))
-            held = np.asarray((forward - backward) / self._reach)
+            held = np.asarray((forward - backward) / self._reach)[None]
         elif most is not None:
             held = np.zeros((len(most), 2))
             if "slip_bound" in self.rows:
                 held[most > 0] = -self.rows["slip_bound"].dual_value[1]
             if "no_slip" in self.rows:
                 held[most == 0] = self.rows["no_slip"].dual_value
-            held /= self._reach[:, None]
+            held = held.T / self._reach
         return held, press
 
 

@@ -115,7 +115,7 @@ class SafeSlipModel(SafeModel):
         """The slip with all nodes closed; where none is safe then at any load factor, that of those which the mean load leaves closed."""
         load_factor = finite_number("load_factor", load_factor, least=0.0)
         task = replace(task, simplify=False) if own else task
-        largest = load_factor / task.force * float(max(np.abs(task.q1).max(), np.abs(task.p1).max()))
+        largest = load_factor / task.force * float(np.abs(task.r1).max())
         if largest > _MOST_CYCLIC:
             raise ModelError(
                 f"load_factor: {load_factor:g} makes the cyclic loads {largest:.1e} times the mean normal force {task.force:.3g} of the mean load, "

@@ -20,7 +20,6 @@ import cvxpy as cp
 import numpy as np
 
 from ..contact.checks import Array
-from ..contact.parts import joined
 from ..solve.explain import Units
 from .question import LimitQuestion
 
@@ -46,8 +45,8 @@ class CornerProgram:
 
 def corner_program(task: LimitQuestion, least: float, most: float) -> CornerProgram:
     """The program for load factors from `least` to `most` > 0; forces, lengths and load factors are dimensionless."""
-    system, (corners, n), f = task.system, task.p1.shape, task.friction
-    at_zero, cyclic, S = joined(task.q0, task.p0), most * joined(task.q1, task.p1), system.S / system.stiffness_scale
+    system, (corners, _, n), f, S = task.system, task.r1.shape, task.friction, task.system.S / task.system.stiffness_scale
+    at_zero, cyclic = task.r0.reshape(len(task.r0), -1), most * task.r1.reshape(corners, -1)
     largest = np.abs(at_zero).max(axis=0) + np.abs(cyclic).max(axis=0)
     force = float(largest.mean()) or 1.0
     length, whole = force / system.stiffness_scale, float(largest.sum()) / force

@@ -13,7 +13,6 @@ from ..contact import ContactSystem, LoadCycle
 from ..contact.answers import LimitKind
 from ..contact.checks import Array, frozen, warns_of_odd_values, whole_number
 from ..contact.diagnosis import unscaled_diagnosis
-from ..contact.parts import joined
 from ..contact.result import Attempt, SolveRecord, frame
 from ..contact.tolerances import RESIDUAL
 from ..solve.bounds import BoundStatus, bounds
@@ -168,14 +167,14 @@ class _Bound:
 
 def _bound(task: LimitQuestion, best: ShakedownLimit | None, most_nodes: int) -> _Bound:
     """The bound over ever wider ranges of load factors, as long as a state comes to their end."""
-    largest, booleans = 0.0 if best is None else best.load_factor, task.p1.size
+    largest, booleans = 0.0 if best is None else best.load_factor, task.r1[:, -1].size
     if largest == np.inf:
         return _Bound(np.inf)
     if task.system.tangents > 1:
         return _Bound(np.inf, "no bound, for the mixed-integer program is one of straight lines, and friction circles are not")
     if booleans > _MOST_BOOLEANS:
         return _Bound(np.inf, f"no bound, for a mixed-integer program of {booleans} booleans is not tried")
-    mean, cyclic = (float(np.abs(joined(q, p)).sum(axis=1).max()) for q, p in ((task.q0, task.p0), (task.q1, task.p1)))
+    mean, cyclic = (float(np.abs(r).sum(axis=(1, 2)).max()) for r in (task.r0, task.r1))
     begin, attempts = _RANGE * (largest or (mean / cyclic if mean > 0 and cyclic > 0 else 1.0)), list[Attempt]()
     for up_to in (begin * _WIDER ** np.arange(_ROUNDS)).tolist():
         program = corner_program(task, largest * (1 - _ONE_LIMIT), up_to)

@@ -27,7 +27,7 @@ from ..errors import SolverError
 from ..solve.solvers import solve
 from .friction_bounds import helpless
 from .judge import answered, judged, judged_by_rows, refuted
-from .mirrors import half_of, slip_on_whole
+from .mirrors import half_of, on_whole
 from .open_nodes import rest_under_mean
 from .plain_limits import by_one_node, by_scaling, in_closed_form, no_limit, no_limit_under
 from .question import LimitQuestion
@@ -149,7 +149,7 @@ class ShakedownModel(SafeModel):
         if task.system.tangents > 1:
             if found := helpless(task):
                 return by_one_node(task, *found, solver, under=under)
-            if not (under or task.q0.any() or task.p0.any()) and (known := by_scaling(task, solver)):
+            if not (under or task.r0.any()) and (known := by_scaling(task, solver)):
                 return known
         elif task.simplify and not under and solver is None and task.lift is None and task.uncoupled and (known := in_closed_form(task)):
             return known
@@ -274,7 +274,7 @@ def with_least_load(limit: ShakedownLimit, v: SafeSet, solver: str | None) -> Sh
 
 def _claimed(limit: ShakedownLimit, v: SafeSet) -> ShakedownLimit:
     """The least load factor that stands in the program, judged by the referee and by its mechanism; 0 if its slip is safe under the mean load."""
-    if (excess := _excess_under_mean(limit, v, slip_on_whole(v.task, v.solved_slip))) <= RESIDUAL:
+    if (excess := _excess_under_mean(limit, v, on_whole(v.task, v.solved_slip, None)[1])) <= RESIDUAL:
         return replace(limit, load_factor=0.0, record=SolveRecord(residual=excess))
     return judged_by_rows(v) if limit.constraints else judged(v, least=True)
 

@@ -124,7 +124,7 @@ class ShakedownLimit(Rated):
         node = int(moved.argmax())
         if task.give is not None:
             return border(task.system, ~task.closed, node, self.reactions[1])
-        pulled = self._rated and task.p0[:, node].max() < 0
+        pulled = self._rated and task.r0[:, -1, node].max() < 0
         return f"; residual slip alone presses node {node}, which rules: separated_limit may find more with it open" if pulled else ""
 
     @cached_property

@@ -140,8 +140,8 @@ class Transient(ABC):
         self.load_factor = finite_number("load_factor", load_factor, least=0.0)
         self.nodes = n = system.nodes
         self.friction = np.array(friction_coefficients(friction, n))
-        self.mean, *cyclic = joined(*reactions(system, [cycle.mean, *cycle.corners]))
-        self._cyclic, self._unscaled = np.array(cyclic), self.mean if cycle.fixed is None else joined(*reactions(system, cycle.unscaled))
+        self.mean, *cyclic = reactions(system, [cycle.mean, *cycle.corners])
+        self._cyclic, self._unscaled = np.array(cyclic), self.mean if cycle.fixed is None else reactions(system, cycle.unscaled)
         self.corners, self.turns = list(self._unscaled + self.load_factor * self._cyclic), list(range(len(cyclic)))
         largest = float(np.abs(self.corners).max())
         self.force = float(np.abs(self.mean[-n:]).mean()) or largest or 1.0
