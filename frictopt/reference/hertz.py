@@ -8,7 +8,13 @@ from numpy.typing import ArrayLike
 
 from ..contact.checks import Array, finite_array, finite_number
 from ..errors import ModelError
-from ._shared import poisson_ratio
+
+
+def poisson_ratio(name: str, value: float) -> float:
+    """Check a Poisson's ratio above -1 and of at most 0.5."""
+    if (nu := finite_number(name, value, above=-1.0)) > 0.5:
+        raise ModelError(f"{name}: {nu:g}; give Poisson's ratio of at most 0.5")
+    return nu
 
 
 def contact_modulus(E1: float, nu1: float, E2: float, nu2: float) -> float:
