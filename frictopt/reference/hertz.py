@@ -234,11 +234,6 @@ class SphereContact(_Round):
         """Radius a of the contact, length: `a^3 = 3 P R / (4 E*)` with `E* = E / (2 (1 - nu^2))`."""
         return float((1.5 * self.P * self.R * (1 - self.nu**2) / self.E) ** (1 / 3))
 
-    @property
-    def peak_pressure(self) -> float:
-        """Largest pressure, `3 P / (2 pi a^2)`."""
-        return float(1.5 * self.P / (pi * self.half_width**2))
-
     def dissipation(self, Q: float) -> float:
         """Work of friction per cycle of the shear force between -Q and Q, force times length.
 

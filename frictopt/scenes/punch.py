@@ -1,6 +1,5 @@
 """Punches on a block: the paper's scene, on a half-plane (Flicek et al. 2015, Fig. 1), one with round ends, and a square punch in space."""
 
-from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -39,16 +38,6 @@ class PunchOnBlock(Scene):
     def __post_init__(self) -> None:
         choice("element", self.element, ELEMENT_NAMES)
         super().__post_init__()
-
-    @property
-    @abstractmethod
-    def contact_nodes(self) -> Array:
-        """Coordinates of the nodes along the contact, exactly mirror-symmetric."""
-
-    @property
-    def corner_size(self) -> float:
-        """Size of the contact element at the corner, length."""
-        return float(self.contact_nodes[-1] - self.contact_nodes[-2])
 
     @property
     def _supports(self) -> Sequence[Support]:
@@ -226,13 +215,18 @@ class RoundedPunch(Scene):
             raise ModelError(f"flat_half_width: {self.flat_half_width:g}; it must be less than the punch's half_width = {self.punch.half_width:g}")
 
     @property
+    def contact_nodes(self) -> Array:
+        """(N,) x of the nodes along the faces of the punch and the block."""
+        return self.punch.contact_nodes
+
+    @property
     def _grids(self) -> Sequence[Sequence[Array]]:
         return self.punch._grids
 
     @property
     def gap(self) -> Array:
         """(N,) initial gap."""
-        return self._gap_at(self.punch.contact_nodes)
+        return self._gap_at(self.contact_nodes)
 
     def _gap_at(self, x: Array, _: Array | None = None) -> Array:
         return np.asarray(np.maximum(np.abs(x) - self.flat_half_width, 0.0) ** 2 / (2 * self.radius))
