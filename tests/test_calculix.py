@@ -90,34 +90,6 @@ def test_loads_on_displacements_that_follow_others_go_to_these(tmp_path, scene, 
         assert fo.shakedown_limit(system, CYCLE, 0.5).load_factor == pytest.approx(0.478189583956, rel=1e-9)  # with T^T f by hand
 
 
-def rigid_motion(nodes, blocks):
-    """All nodes of a plane or spatial part move as the first three or four of them do: their distances stay, by equations among displacements."""
-    upper = blocks[0]
-    x = upper.points[np.asarray(nodes) - upper.first]
-    d = x.shape[1]
-    turns = [(1, 0)] if d == 2 else [(1, 0), (2, 0), (2, 1)]
-    R = np.zeros((len(nodes), d, d + len(turns)))
-    R[:, :, :d] = np.eye(d)
-    for k, (a, b) in enumerate(turns):
-        R[:, a, d + k], R[:, b, d + k] = x[:, b], -x[:, a]
-    u, sizes, _ = np.linalg.svd(R.reshape(len(nodes) * d, -1))
-    left = u[:, (sizes > 1e-12).sum() :].T  # displacements that no rigid motion has
-    return [[(int(nodes[i // d]), i % d + 1, float(w)) for i, w in enumerate(line)] for line in left]
-
-
-@pytest.mark.parametrize("axis", [1, 2])
-def test_a_free_punch_pressed_by_a_rigid_tool(tmp_path, axis):
-    """The tool may tilt: CalculiX's own rotation is in the matrix, and the condensation still sees that the punch is free."""
-    blocks, _, deck = plane() if axis == 1 else space()
-    deck = deck.replace("*ELEMENT", f"2000, 1.5, {2.5 if axis == 1 else 1.0}, {0.0 if axis == 1 else 2.5}\n*ELEMENT", 1)
-    job = fo.read_calculix(run(tmp_path, deck + "*RIGID BODY, NSET=TOP, REF NODE=2000\n")[0])
-    rules = rigid_motion(blocks[0].on(axis, 2), blocks)
-    system = agree(job, blocks, rules, axis)
-    reference = [int(np.flatnonzero(job.deck.numbers == 2000)[0])]
-    middle, _ = condensed(job, P={"where": reference, "nodal": -(3.0 * axis) * np.eye(axis + 1)[-1]})
-    assert np.allclose(joined(*middle.bonded["P"]), joined(*system.bonded["P"]), atol=1e-9)  # the reference is above the middle: the same resultant
-
-
 def test_nodes_that_follow_others_hold_no_body(tmp_path):
     """The block may rise: it is held along x alone, and the top of the punch moves as one along y."""
     blocks, _, deck = plane()
@@ -125,28 +97,6 @@ def test_nodes_that_follow_others_hold_no_body(tmp_path):
     job = fo.read_calculix(run(tmp_path, deck.replace("BOT, 1, 2", "BOT, 1, 1") + rules)[0])
     with pytest.raises(fo.ModelError, match=r"supports: the body at .* can still move along y;"):
         condensed(job)
-
-
-def tied():
-    """The punch in space of two meshes that `*TIE` joins."""
-    (upper, lower), _, deck = space()
-    x, y, z = upper.lines
-    bottom, top = Block(1, [x, y, z[:2]], upper.E, upper.nu, "DOWN"), Block(201, [x, y, z[1:]], upper.E, upper.nu, "UP")
-    rest = deck[len(upper.deck()) : deck.index("*NSET, NSET=TOP")] + node_set("BOT", lower.on(2, -2)) + "*BOUNDARY\nBOT, 1, 3\n"
-    sides = node_set("TOP", top.on(2, 2)) + node_set("SIDE", [*bottom.on(0, 0), *top.on(0, 0)])
-    faces = "*SURFACE, NAME=S, TYPE=ELEMENT\nUP, S1\n*SURFACE, NAME=M, TYPE=ELEMENT\nDOWN, S2\n"
-    return bottom.deck() + top.deck() + rest + sides + faces + "*TIE, NAME=T, POSITION TOLERANCE=0.01\nS, M\n"
-
-
-def test_a_tie_away_from_loads_and_contact_is_one_mesh(tmp_path):
-    whole, _ = condensed(fo.read_calculix(run(tmp_path, space()[2], name="whole")[0]))
-    job = fo.read_calculix(run(tmp_path, tied())[0])
-    system, _ = condensed(job)
-    assert np.abs(system.S - whole.S).max() < 1e-9 * np.abs(whole.S).max()
-    limits = [fo.shakedown_limit(contact, CYCLE, 0.5).load_factor for contact in (system, whole)]
-    assert limits[0] == pytest.approx(limits[1], rel=1e-8)
-    with pytest.raises(fo.ModelError, match=r"force: it acts on node 2\d\d, direction 1, .*the deck has \*TIE.*write the constraint as \*EQUATION"):
-        job.force("SIDE", traction=[1.0, 0.0, 0.0])
 
 
 def test_loads_that_the_deck_cannot_place_are_refused_by_name(tmp_path):

@@ -6,7 +6,7 @@ from scipy.linalg import eigh
 from scipy.sparse import csr_matrix
 
 import frictopt as fo
-from frictopt.reference import foundation_rod, half_plane_contact, rod_dissipation
+from frictopt.reference import half_plane_contact
 from systems import linprog_limit
 from worn import sphere
 
@@ -78,16 +78,6 @@ def test_a_published_oscillator():
         fo.damping_curve(system, cycle, 0.9, [800.0], natural_frequency=48.0)
 
 
-def test_the_work_of_a_rod_goes_with_the_cube():
-    rod = fo.ContactSystem.from_blocks(**foundation_rod(nodes=40, EA=2.0, h=0.5), compliance=np.zeros((2, 2)))
-    force = np.array([8, 12, 18, 27, 36]) * 0.5 * 0.3  # whole numbers of loaded nodes
-    bare = fo.ContactSystem(rod.S, rod.points, dict(rod.bonded))
-    curve = fo.damping_curve(bare, opposed("force", {"pressure": 1.0}), 0.3, force, natural_frequency=1e9, range=False)
-    exact = np.array([rod_dissipation(F0=F, EA=2.0, tau=0.3, h=0.5) for F in force])
-    assert curve.work == pytest.approx(exact, rel=1e-10)
-    assert curve.exponent == pytest.approx(3.0, abs=0.025)
-
-
 def test_the_cylinder_of_cattaneo_and_mindlin():
     arrays = half_plane_contact(nodes=160, half_length=1.2, E_star=1.0, R=1.0)
     system = fo.ContactSystem.from_blocks(**arrays)
@@ -116,29 +106,6 @@ def test_the_sphere_of_mindlin_and_deresiewicz():
     assert curve.work == pytest.approx(exact, rel=0.04)
     assert curve.displacement == pytest.approx(3 * f * ball.P / (4 * shear_modulus * ball.half_width) * (1 - (1 - x) ** (2 / 3)), rel=2e-3)
     assert curve.damping == pytest.approx(exact / (2 * np.pi * x * f * ball.P * curve.displacement), rel=0.04)
-
-
-def masing(system, cycle, f, factor):
-    """Work of a cycle by Masing's rule: its loop is the first loading from the mean load, doubled."""
-    (case,) = cycle.corners[0]
-    path = fo.march(system, cycle, f, factor, cycles=1)
-    first = (path.time >= 0) & (path.time <= 1)
-    a, d = path.amplitudes[first, _at(system, case)], path.displacement(case)[first]
-    return 8 * (((a[1:] + a[:-1]) / 2) @ np.diff(d) - a[-1] * (d[-1] - d[0]) / 2)
-
-
-def _at(system, case):
-    return list(system.bonded).index(case)
-
-
-def test_the_rule_of_masing_holds_where_pressure_stays_and_not_where_it_varies():
-    rod = fo.ContactSystem.from_blocks(**foundation_rod(nodes=12, EA=1.0, h=1.0), compliance=np.zeros((2, 2)))
-    cycle = opposed("force", {"pressure": 1.0})
-    assert masing(rod, cycle, 0.5, 3.0) == pytest.approx(fo.steady_state(rod, cycle, 0.5, 3.0).dissipation, rel=1e-9)
-    punch = fo.scenes.PunchOnHalfPlane(elements=16).condense()
-    cycle = opposed("sigma", {"P": 1.0})
-    steady = fo.steady_state(punch, cycle, 0.7, 3.0)
-    assert abs(masing(punch, cycle, 0.7, 3.0) / steady.dissipation - 1) > 0.2
 
 
 def test_bad_input():

@@ -4,7 +4,6 @@ import os
 import resource
 import sqlite3
 import threading
-import warnings
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -69,17 +68,6 @@ def test_the_file_holds_every_run_with_all_its_digits(file, undisturbed):
     connection.close()
     assert raw.dissipation.tolist() == undisturbed.dissipation.tolist()
     assert [path.name for path in file.parent.iterdir()] == ["runs.sqlite"]
-
-
-def test_runs_that_failed_are_kept_with_their_error(tmp_path):
-    wedge = fo.ContactSystem.from_blocks([[1.0]], [[0.5]], [[1.0]], [0], {"mean": ([0.0], [1.0]), "push": ([1.0], [0.0])})
-    pushed = fo.LoadCycle({"mean": 1.0}, [{"push": 1.0}])
-    tables = [fo.dissipation_study(wedge, pushed, 3.0, [5.0], store=tmp_path / "runs") for _ in range(2)]
-    pd.testing.assert_frame_equal(*tables, check_exact=True)
-    kept = fo.results.read_store(tmp_path / "runs")
-    assert (
-        kept.outcome.tolist() == ["FAILED"] and kept.error[0].startswith("NoContinuation") and kept[["dissipation", "cycles"]].isna().all(axis=None)
-    )
 
 
 def test_a_store_without_a_name_is_refused_and_one_at_home_is_found(tmp_path, monkeypatch):
@@ -174,29 +162,6 @@ def test_a_row_that_was_changed_is_not_believed_and_its_run_repeated(file, undis
     with pytest.warns(DamagedRows):
         same(study(store=file), undisturbed)
     assert len(followed) == 1 and len(fo.results.read_store(file)) == len(FACTORS)
-
-
-@pytest.mark.slow
-def test_every_damaged_file_is_an_error_or_a_warning_but_never_another_table(file, tmp_path, undisturbed):
-    """Bits flipped and ends cut off at random places."""
-    content, rng = file.read_bytes(), np.random.default_rng(0)
-    harmed, told = tmp_path / "harmed.sqlite", 0
-    for number in range(60):
-        place = int(rng.integers(len(content)))
-        harm = bytearray(content)
-        harm[place] ^= 1 << int(rng.integers(8))
-        harmed.write_bytes(content[:place] if number % 5 == 0 and place else bytes(harm))
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", DamagedRows)
-                same(study(store=harmed), undisturbed)
-                assert len(fo.results.read_store(harmed)) >= len(FACTORS)
-        except fo.StoreError as error:
-            told += 1
-            assert "harmed.sqlite" in str(error)
-        for left in tmp_path.glob("harmed*"):
-            left.unlink()
-    assert told > 4
 
 
 def test_a_full_disk_is_a_clear_error_and_what_is_done_is_kept(tmp_path, undisturbed, followed, monkeypatch):

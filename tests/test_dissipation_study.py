@@ -16,7 +16,7 @@ from scipy import stats
 import frictopt as fo
 from frictopt.histories import dissipation, run
 from frictopt.histories.starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
-from frictopt.histories.store import merge_stores
+from frictopt.histories.store import Store, merge_stores
 from systems import CYCLE, ONE_NODE, random_system, system
 
 
@@ -87,10 +87,12 @@ def test_a_dask_cluster_in_another_process_gives_the_same_table(contact, factors
     pd.testing.assert_frame_equal(results(other), results(table), check_exact=True)
 
 
-def test_a_run_that_fails_is_a_row_with_its_error():
+def test_a_run_that_fails_is_a_row_with_its_error_and_is_kept(tmp_path):
     """A = 1, B = 1/2, f = 3 > A/|B| = 2 (Klarbring 1990): pushed on from its backward bound by 5, the node jumps; pushed by 1 it stays."""
     wedge = fo.ContactSystem.from_blocks([[1.0]], [[0.5]], [[1.0]], [0], {"mean": ([0.0], [1.0]), "push": ([1.0], [0.0])})
-    table = fo.dissipation_study(wedge, fo.LoadCycle({"mean": 1.0}, [{"push": 1.0}]), 3.0, [1.0, 5.0])
+    pushed = fo.LoadCycle({"mean": 1.0}, [{"push": 1.0}])
+    table, again = (fo.dissipation_study(wedge, pushed, 3.0, [1.0, 5.0], store=tmp_path / "runs") for _ in range(2))
+    pd.testing.assert_frame_equal(table, again, check_exact=True)
     assert table.outcome.tolist() == ["SHAKEDOWN", "FAILED"]
     assert table.error[0] == ""
     assert re.match(r"NoContinuation: the segment to the corner \(push = \+1\): at 0\.6 of it no rates obey the law; nodes \[0\]", table.error[1])
@@ -257,6 +259,26 @@ def test_runs_that_an_executor_loses_are_rows_that_say_so_and_are_not_kept(conta
     broken = Foreign(lambda future, rows: future.cancel() and future.set_running_or_notify_cancel())
     other = fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, executor=broken)
     assert (other.outcome == "FAILED").all() and other.error.str.contains("CancelledError").all()
+
+
+def test_an_interrupt_leaves_what_an_executor_has_finished_and_cancels_the_rest(contact, starts, factors, table, tmp_path, monkeypatch):
+    futures, write = [], Store.write
+
+    def first_alone(future, rows):
+        futures.append(future)
+        if len(futures) == 1:
+            future.set_result(rows)
+
+    def interrupted(self, row):
+        write(self, row)
+        if len(self.read()) == 16:
+            futures[1].set_exception(KeyboardInterrupt())
+
+    monkeypatch.setattr(Store, "write", interrupted)
+    with pytest.raises(KeyboardInterrupt) as stop:
+        fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, executor=Foreign(first_alone), store=tmp_path / "runs")
+    pd.testing.assert_frame_equal(results(stop.value.table), results(table.head(16)), check_exact=True)
+    assert len(futures) == 4 and all(future.cancelled() for future in futures[2:])
 
 
 def test_futures_that_cannot_be_cancelled_are_futures(contact, factors, table, monkeypatch):

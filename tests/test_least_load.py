@@ -110,22 +110,6 @@ def test_the_interval_by_linear_programs_over_raw_slips(seed, nodes, corners, f,
         assert limit.load_factor == pytest.approx(largest, rel=1e-7, abs=1e-8, nan_ok=True)
 
 
-@settings(max_examples=12)
-@given(seed=st.integers(0, 10**6), f=st.floats(0.1, 1.0), size=st.sampled_from([-0.1, 0.0, 0.1]))
-def test_the_interval_under_constraints_of_ones_own(seed, f, size):
-    """Slips and load factor bounded together, by an inequality and by absolute values. Nodes are open where nothing is safe with all closed."""
-    contact, cycle = pressing_cycle(np.random.default_rng(seed), 3)
-    model = fo.ShakedownModel(contact, cycle)
-    limit = model.solve(f, [model.slip[0] + 0.1 * model.load_factor <= size, cp.abs(model.slip[1]) <= 1.0])
-    rows = [(np.eye(3)[0], 0.1, size), (np.eye(3)[1], 0.0, 1.0), (-np.eye(3)[1], 0.0, 1.0)]
-    least, largest = oracle(contact, cycle, f, upper=rows)
-    if limit.open.any():
-        assert np.isnan(least) and limit.load_factor >= limit.least >= 0
-        return
-    assert limit.least == pytest.approx(least, rel=1e-7, abs=1e-8, nan_ok=True)
-    assert limit.load_factor == pytest.approx(largest, rel=1e-7, abs=1e-8, nan_ok=True)
-
-
 def test_constraints_may_leave_no_small_load_factor():
     model = fo.ShakedownModel(random_system(np.random.default_rng(1), 3), CYCLE)
     whole = model.solve(0.4)

@@ -115,16 +115,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "NewtonIncrement": (fo.increments.NewtonIncrement, {"system": NODE_3D, "friction": FRICTION}),
     "NewtonIncrement.solve": (fo.increments.NewtonIncrement(NODE_3D, FRICTION).solve, {"slip": [[0.0, 0.0]], "bonded": ([[0.1, 0.1]], [1.0])}),
     "SquarePunch": (condensed(fo.scenes.SquarePunch), {"elements": 2, "growth": 3.0, "block_half_width": 3.0, "block_depth": 3.0}),
-    "dissipation_study 3D": (fo.dissipation_study, {**ASKED_3D, "load_factors": [0.5], "starts": [[[0.0, 0.1]]], "progress": False}),
     "march 3D": (fo.march, {**ASKED_3D, "load_factor": 0.5, "initial_slip": [[0.0, 0.1]], "cycles": 1, "engine": "newton", "steps": 2}),
-    "onset 3D": (fo.onset, ASKED_3D),
-    "referee 3D": (
-        fo.reference.referee,
-        {"system": NODE_3D, "bonded": ([[0.1, 0.1]], [1.0]), "friction": 0.5, "v": [[0.0, 0.1]], "w": [0.0], "q": [[0.1, 0.2]], "p": [1.0]},
-    ),
-    "safe_slip 3D": (fo.safe_slip, {**ASKED_3D, "load_factor": 0.5}),
-    "shakedown_limit 3D": (fo.shakedown_limit, ASKED_3D),
-    "steady_state 3D": (fo.steady_state, {**ASKED_3D, "load_factor": 0.5, "initial_slip": [[0.0, 0.1]], "most_cycles": 20}),
     "ContactSystem.from_blocks": (
         fo.ContactSystem.from_blocks,
         {"A": np.eye(2), "B": np.zeros((2, 2)), "C": np.eye(2), "x": [0.0, 1.0], "bonded": {"mean": BONDED}, "gap": [0.0, 0.1], "E_star": 1.0},

@@ -5,7 +5,7 @@ import frictopt as fo
 from frictopt import Outcome, steady_state
 from frictopt.reference import single_node_dissipation
 from paths import followed
-from systems import CYCLE, ONE_NODE, SECOND_PAIR, THREE, random_system, system
+from systems import CYCLE, ONE_NODE, THREE, random_system, system
 
 
 def limit_of(contact, friction):
@@ -29,21 +29,6 @@ def test_published_dissipation(data, friction, factor, expected):
         assert steady.outcome is Outcome.CYCLIC_SLIP
         assert steady.dissipation == pytest.approx(expected, rel=1e-9, abs=5e-13)
         assert steady.dissipation_per_node.sum() == pytest.approx(steady.dissipation, rel=1e-14)
-
-
-def test_the_steady_dissipation_of_a_coupled_pair_depends_on_the_start():
-    contact = system(*SECOND_PAIR, C=3 * np.eye(2))
-    factor = 1.2 * limit_of(contact, 0.4)
-    rng = np.random.default_rng(0)
-    found = [steady_state(contact, CYCLE, 0.4, factor, initial_slip=start).dissipation for start in rng.uniform(-4, 4, size=(300, 2))]
-    assert min(found) == pytest.approx(0.1394, abs=2e-4) and max(found) == pytest.approx(0.2034, abs=2e-4)
-
-
-def test_below_onset_nothing_moves(punch, paper_cycle):
-    contact, friction = punch(16), 0.9
-    onset = fo.onset(contact, paper_cycle, friction).slip.load_factor
-    steady = steady_state(contact, paper_cycle, friction, 0.999 * onset)
-    assert steady.outcome is Outcome.SHAKEDOWN and steady.dissipation == 0.0 and not steady.slip.any() and steady.events == 0
 
 
 @pytest.mark.parametrize("friction", [0.3, 0.7])

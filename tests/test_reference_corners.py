@@ -78,14 +78,6 @@ def test_bonded_faces_are_free_and_the_mode_is_not_zero(mode):
     assert abs(mode.stress(1.0, INTERFACE)[1]) > 0.1
 
 
-@MODES
-def test_bonded_modes_are_even_or_odd_and_scale_with_distance(mode):
-    theta = np.linspace(-2, 2, 9)
-    assert airy(mode, 1.3, -theta) == pytest.approx((1 if mode.symmetric else -1) * airy(mode, 1.3, theta), abs=1e-14)
-    near, far = (np.array(mode.stress(r, theta)) for r in (0.01, 1.0))
-    assert near == pytest.approx(far * 0.01 ** (mode.exponent - 1), rel=1e-12)
-
-
 def test_bonded_exponents_and_ratios_agree_with_complex_potentials():
     exponents = np.linspace(0.02, 0.98, 2001)
     values = np.array([least_singular_value(bonded_matrix(trial)) for trial in exponents])

@@ -8,7 +8,7 @@ from scipy.integrate import quad
 
 from frictopt.reference import LineContact, contact_modulus
 
-CONTACT = LineContact(P=1.3, R=2.0, E_star=2.6 * 4 / np.pi, f=0.3)  # half-width 1
+CONTACT = LineContact(P=1.3, R=8.0, E_star=2.6 * 4 / np.pi, f=0.3)  # half-width 2
 SHARES = (0.4375, 0.75, 0.9375)  # of gross sliding
 
 
@@ -24,7 +24,7 @@ def integral(function, *kinks):
 
 
 def test_tractions_carry_the_load_and_respect_friction():
-    gross, x = CONTACT.f * CONTACT.P, np.linspace(-1.2, 1.2, 999)
+    gross, x = CONTACT.f * CONTACT.P, np.linspace(-2.4, 2.4, 999)
     assert integral(CONTACT.pressure) == pytest.approx(CONTACT.P, rel=1e-8)
     for share in SHARES:
         Q0 = share * gross
@@ -45,18 +45,7 @@ def test_dissipation_is_friction_times_slip_integrated():
     assert CONTACT.dissipation(small * CONTACT.f * CONTACT.P) / series == pytest.approx(1, rel=1e-10)
 
 
-def test_line_contact_scales():
-    small, x = LineContact(P=1.3, R=2.0, E_star=2.6 * 4 / np.pi, f=0.3), np.linspace(-1, 1, 11)
-    stiff = LineContact(P=5 * 1.3, R=2.0, E_star=5 * 2.6 * 4 / np.pi, f=0.3)
-    large = LineContact(P=10 * 1.3, R=20.0, E_star=2.6 * 4 / np.pi, f=0.3)
-    for other, force, length in [(stiff, 5, 1), (large, 10, 10)]:
-        assert other.half_width == pytest.approx(length * small.half_width, rel=1e-12)
-        assert other.shear(length * x, force * 0.2) == pytest.approx(force / length * small.shear(x, 0.2), abs=1e-12)
-        assert other.slip(length * x * 0.999, force * 0.2) == pytest.approx(length * small.slip(x * 0.999, 0.2), abs=1e-12)
-        assert other.dissipation(force * 0.2) == pytest.approx(force * length * small.dissipation(0.2), rel=1e-12)
-
-
 def test_tractions_are_zero_and_slip_is_unknown_outside_the_contact():
-    outside = [-1.01, 3.0]
+    outside = [-2.01, 3.0]
     assert (CONTACT.pressure(outside) == 0).all() and (CONTACT.shear(outside, 0.1) == 0).all()
     assert np.isnan(CONTACT.slip(outside, 0.1)).all()

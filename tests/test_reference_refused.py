@@ -36,7 +36,6 @@ CASES = [
     (single_node_dissipation, ABOVE | {"p0": -1.0}, "p0: -1; the mean load lifts the node off, give more pressure"),
     (masing_dissipation, {"k": [1, 0], "bound": 1, "X": 1}, "k: 0; give positive stiffnesses"),
     (masing_dissipation, {"k": [1, 2], "bound": [0.1, -0.2], "X": 1}, "bound: -0.2; give friction bounds of at least 0"),
-    (masing_dissipation, {"k": [1, 2], "bound": [1, 2, 3], "X": 1}, r"k: shape \(2,\); give one number, or one for each of the 3 nodes"),
     (rod_dissipation, {"F0": -1, "EA": 1, "tau": 1, "h": 1}, "F0: -1"),
     (foundation_rod, {"nodes": 0, "EA": 1, "h": 1}, "nodes: 0"),
     (LineContact, CYLINDER | {"P": 0}, "P: 0"),

@@ -2,13 +2,18 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from systems import CYCLE, FIRST_PAIR, random_system, system
+from systems import CYCLE, FIRST_PAIR, explained, random_system, system
 
 
 def test_without_friction_a_contact_without_shear_is_just_safe():
     contact = random_system(np.random.default_rng(0), 3).with_bonded({name: (np.zeros(3), np.ones(3)) for name in ("mean", "cyclic")})
     safe = fo.safe_slip(contact, CYCLE, 0.0, 0.5)
     assert safe.exists and safe.margin == pytest.approx(0.0, abs=1e-9)
+
+
+def test_explain(punch, paper_cycle):
+    text = explained(fo.safe_slip(punch(16), paper_cycle, 0.7, 3.0))
+    assert all(part in text for part in ("safe residual slip", "margin", "clearance", "cap", "rows bind"))
 
 
 def test_the_limit_parts_existence_to_a_billionth(punch, paper_cycle):

@@ -9,8 +9,6 @@ import pytest
 import frictopt as fo
 from meshes import matrices_of
 
-ROTATION = 2 * np.pi * np.arange(8) / 8
-
 
 def pull(case="pull"):
     return fo.LoadCycle({"pull": 1.0}, [{case: 1.0}, {case: -1.0}])
@@ -19,10 +17,6 @@ def pull(case="pull"):
 def fitted(system, corners):
     """A cycle about the fit of mean pressure one."""
     return fo.LoadCycle({"fit": 1 / (system.bonded["fit"][1] / system.width).mean()}, corners)
-
-
-def rotating(system):
-    return fitted(system, [{"Fx": float(np.cos(angle)), "Fy": float(np.sin(angle))} for angle in ROTATION])
 
 
 @pytest.mark.parametrize("angle", [35, 45, 60])
@@ -88,20 +82,6 @@ def test_slip_of_a_loaded_pin_begins_where_kelvins_solution_says():
     found = fo.onset(system, fitted(system, [{"Fx": 1.0}, {"Fy": 1.0}]), f)
     assert found.slip.load_factor == pytest.approx(f / np.hypot(T, f * C), rel=5e-3)
     assert found.separation.load_factor == pytest.approx(1 / C, rel=5e-3)
-
-
-def test_a_pin_creeps_round_under_a_rotating_force():
-    """The bush of a connecting rod: above the limit the pin turns by the same angle in every cycle (Antoni et al., HAL hal-00109549)."""
-    system = fo.scenes.PinInPlate(elements=24, growth=1.5).condense()
-    cycle = rotating(system)
-    limit = fo.shakedown_limit(system, cycle, 0.3).load_factor
-    for share, opens in ((1.3, False), (1.6, True)):
-        steady = fo.steady_state(system, cycle, 0.3, share * limit)
-        assert steady.outcome is fo.Outcome.RATCHETING and steady.open.any() == opens
-    last = [fo.march(system, cycle, 0.3, 1.6 * limit, cycles=cycles).slip[-1] for cycles in (10, 11)]
-    turn = last[1] - last[0]
-    assert np.ptp(turn) < 1e-8 * np.abs(turn).max()
-    assert fo.steady_state(system, cycle, 0.3, 0.9 * limit, initial_slip=fo.safe_slip(system, cycle, 0.3, 0.9 * limit).slip).dissipation == 0
 
 
 def test_a_cylinder_slips_as_cattaneo_and_mindlin_say():

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-import frictopt as fo
 from studies import damping, joint, wear
 
 
@@ -18,13 +17,9 @@ def test_the_report_sums_up_the_nodes(tables):
 
 
 def test_friction_and_load_factor_agree(tables):
-    """The history needs more friction than there is where its limit is below one, and its limit with the friction that it needs is one."""
+    """The history needs more friction than there is where its limit is below one."""
     report = tables["joint_report"].set_index("joint")
     assert ((report["shakedown"] < 1) == (report["required_friction"] > report["friction"])).all()
-    for case in joint.joints(joint.QUICK):
-        cycle = fo.LoadCycle.from_history(case.history, mean=dict(case.mean))
-        limit = fo.shakedown_limit(case.model.condense(), cycle, report.loc[case.name, "required_friction"])
-        assert limit.load_factor == pytest.approx(1.0, abs=1e-4)
 
 
 def test_the_summary_has_a_column_for_each_joint(quick):
@@ -43,19 +38,6 @@ def test_the_range_holds_the_curve_and_the_limits_hold_the_range(tables, name):
     assert (rows.loc[~above, "least_damping"] == 0).all() and (rows.loc[above, "damping"] > 0).all()
     assert (rows.loc[above & (rows["joint"] != "dovetail"), "least_damping"] > 0).all()  # the flanks of the dovetail lift off
     assert (rows["guaranteed_ratio"] <= 1).all() and (rows["most_frequency"] <= 1 + 1e-12).all() and (rows["residual"] < 1e-9).all()
-
-
-def test_other_starts_lie_in_the_range(tables):
-    """Starts at random, measured by the loop of the load."""
-    system, cycle = damping.joints(damping.QUICK)["lap joint"]
-    rows = tables["damping_backbone"].query("joint == 'lap joint'")
-    rng = np.random.default_rng(3)
-    for row in rows[rows["load_ratio"] > 1].itertuples():
-        for size in (0.1, 1.0, 3.0):
-            slip = size * row.load_factor * float(system.compliance[1, 1]) * rng.normal(size=system.nodes)
-            loop = fo.steady_state(system, cycle, row.friction, row.load_factor, initial_slip=slip).loop("pull")
-            ratio = loop.area * loop.stiffness / (2 * np.pi * row.load_factor**2)
-            assert row.least_damping * (1 - 1e-6) <= ratio <= row.most_damping * (1 + 1e-6)
 
 
 def test_the_glued_lap_joint_is_a_beam_of_three_parts():

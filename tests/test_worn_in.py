@@ -114,13 +114,6 @@ def test_the_sphere_in_space_converges_to_the_closed_form():
     assert np.all(fine < 0.03) and np.all(fine > 0) and np.all(fine < 0.6 * coarse)
 
 
-def test_simulated_wear_of_the_sphere_on_rings():
-    contact, cycle, f, load_factor = sphere_of_rings(10)
-    end = fo.worn_in(contact, cycle, f, load_factor)
-    history = fo.wear(contact, cycle, f, load_factor, coefficient=1.0, steps=1, tolerance=0.01, cycles=1e4)
-    assert history.worn_in and np.abs(history.depth[-1] - end.depth).max() < 0.02 * end.depth.max()
-
-
 def test_the_sphere_in_space():
     contact, cycle, f, load_factor = sphere(10, 1.3)
     end = fo.worn_in(contact, cycle, f, load_factor)

@@ -3,6 +3,7 @@
 from .dovetail import Dovetail
 from .pin import PinInPlate
 from .press_fit import PressFit
-from .punch import PunchOnHalfPlane, RoundedPunch, SquarePunch
+from .punch import PunchOnHalfPlane, SquarePunch
+from .rounded import RoundedPunch
 
 __all__ = ["Dovetail", "PinInPlate", "PressFit", "PunchOnHalfPlane", "RoundedPunch", "SquarePunch"]
