@@ -9,10 +9,9 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, frozen, warns_of_odd_values
-from ..contact.result import Plotted, Shown, frame
+from ..contact.result import Plotted, Shown
 from ..contact.tolerances import LEVEL
-from ..errors import NoContinuation, SolverError
-from ..limits import shakedown_limit
+from ..errors import NoContinuation
 from ..limits.question import pose
 from ..transients import SteadyState
 from .range_search import FAR, STOPPED, Orbit, Search
@@ -81,16 +80,9 @@ class DissipationRange(Shown, Plotted):
         Columns: start, its name; dissipation, work of friction per steady cycle, NaN where the transient has no result; outcome; open, the number of
         nodes that open in the steady cycle; end, "followed" for a start, otherwise why the search from it ended; or the text of the error.
         """
-        orbits = self._orbits
-        return frame(
-            {
-                "start": [orbit.name for orbit in orbits],
-                "dissipation": [orbit.work for orbit in orbits],
-                "outcome": ["FAILED" if orbit.state is None else orbit.state.outcome.name for orbit in orbits],
-                "open": [0 if orbit.state is None else int(orbit.state.open.sum()) for orbit in orbits],
-                "end": [orbit.end for orbit in orbits],
-            }
-        )
+        told = [("FAILED", 0) if one.state is None else (one.state.outcome.name, int(one.state.open.sum())) for one in self._orbits]
+        rows = [(one.name, one.work, *of, one.end) for one, of in zip(self._orbits, told, strict=True)]
+        return pd.DataFrame(rows, columns=["start", "dissipation", "outcome", "open", "end"])
 
     def _answer(self) -> Mapping[str, object]:
         return {name: getattr(self, name) for name in ("least", "most", "transients", "residual")} | {"proven": False}
@@ -157,11 +149,7 @@ def dissipation_range(
     task = pose(system, cycle, friction, slip_bound=slip_bound)
     f, bound = np.array(task.friction), task.most
     load_factor = finite_number("load_factor", load_factor, least=0.0)
-    try:
-        limit = shakedown_limit(system, cycle, task.friction, slip_bound=bound)
-    except SolverError:
-        limit = None
-    starts = RangeStarts(task, load_factor, limit)
+    starts = RangeStarts(task, load_factor)
     runs = Search(system, cycle, f, load_factor, bound, steps)
     followed = [runs.follow(name, slip) for name, slip in (starts.simple() | starts.under_mean_load | starts.at_corners()).items()]
     if not any(orbit.work > 0 for orbit in followed):

@@ -140,11 +140,8 @@ def _starts(
     system, wanted = limit.system, 0 if limit.open.any() else int(_VERTICES * count)
     directions = rng.normal(size=(wanted, *system.slip_shape))
     under_mean = 0.0 if limit.least == 0 else load_factor
-    vertices = [
-        slip
-        for factor, part in ((load_factor, directions[: wanted // 2]), (under_mean, directions[wanted // 2 :]))
-        for slip in safe_vertices(system, cycle, limit.friction, factor, part)
-    ]
+    parts = (load_factor, directions[: wanted // 2]), (under_mean, directions[wanted // 2 :])
+    vertices = [slip for part in parts for slip in safe_vertices(system, cycle, limit.friction, *part)]
     begins = [("vertex", slip) for slip in vertices]
     begins += [("beyond vertex", slip * rng.uniform(1.0, _BEYOND)) for slip in vertices]
     while len(begins) < count:

@@ -1,6 +1,6 @@
 """The load factor up to which a contact comes to rest, for how it is assembled and what is done to it before."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -50,14 +50,10 @@ class TransientsAfter:
         self.assembled, self.worst = (isinstance(start, str) and start == name for name in ("assembled", "worst"))
         if isinstance(start, str) and not (self.assembled or self.worst):
             raise ModelError(f"start: {start!r}; give 'assembled', 'worst' or a slip, {'(N,)' if system.tangents == 1 else '(N, 2)'}")
-        given = [np.zeros(system.slip_shape)] if self.assembled else [] if self.worst else [finite_array("start", start, system.slip_shape)]
-        self.starts = given or list(self._extreme())
+        extreme = RangeStarts(pose(system, cycle, self.friction), 0.0).under_mean_load.values() if self.worst else ()
+        none = isinstance(start, str)
+        self.starts = [np.zeros(system.slip_shape) if none else finite_array("start", start, system.slip_shape), *extreme]
         self.count, self.residual = 0, 0.0
-
-    def _extreme(self) -> Iterator[Array]:
-        task = pose(self.system, self.cycle, self.friction)
-        starts = RangeStarts(task, 0.0, None)
-        yield from {**starts.simple(), **starts.under_mean_load}.values()
 
     def rests(self, load_factor: float, protocol: Sequence[LoadStep]) -> str:
         """Whether the contact comes to "rest" from all starts, keeps to "slip" from one, or is "UNDECIDED" because a transient has no result.
@@ -84,7 +80,7 @@ class TransientsAfter:
             if self.assembled:
                 assemble(path)
             else:
-                path.follow_to(path.mean, "the segment to the mean load")
+                path.start()
             for number, load in enumerate([*steps, path.mean] if steps else []):
                 path.follow_to(load, f"segment {number} of the protocol")
             run = Run(path, MOST_CYCLES)

@@ -1,6 +1,7 @@
 """Starts from which the search for the range of dissipation begins: extreme slips that the contact can hold under the loads of the cycle."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import cached_property
 
 import numpy as np
@@ -10,7 +11,7 @@ from ..contact.checks import Array
 from ..contact.coulomb import lengths
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import ModelError, SolverError
-from ..limits import ShakedownLimit, guaranteed_limit
+from ..limits import guaranteed_limit, shakedown_limit
 from ..limits.question import LimitQuestion, pose
 from ..limits.safe_vertices import AdmissibleSlips
 
@@ -25,19 +26,19 @@ class RangeStarts:
     ----------
     task, load_factor
         The contact, its load cycle, friction and slip bound; the load factor.
-    limit
-        Its shakedown limit; None if no solver proves one.
     """
 
-    def __init__(self, task: LimitQuestion, load_factor: float, limit: ShakedownLimit | None) -> None:
-        self._task, self._load_factor, self._limit = task, load_factor, limit
+    def __init__(self, task: LimitQuestion, load_factor: float) -> None:
+        self._task, self._load_factor = task, load_factor
         self._slips = AdmissibleSlips(task)
 
     def simple(self) -> dict[str, Array]:
-        """No slip, and the slip that is safe at the shakedown limit."""
-        starts = {"no slip": np.zeros(self._task.system.slip_shape)}
-        if self._limit is not None and np.isfinite(self._limit.load_factor):
-            starts["safe at the shakedown limit"] = self._limit.slip
+        """No slip, and the slip that is safe at the shakedown limit, if a solver proves one."""
+        task = self._task
+        starts = {"no slip": np.zeros(task.system.slip_shape)}
+        with suppress(SolverError):
+            limit = shakedown_limit(task.system, task.cycle, task.friction, slip_bound=task.most)
+            starts |= {"safe at the shakedown limit": limit.slip} if np.isfinite(limit.load_factor) else {}
         return starts
 
     @cached_property

@@ -136,17 +136,18 @@ class Course:
         Number of load cycles so far.
     length
         Number of cycles of the next jump.
-    rows
-        The unworn contact, and the contact after each jump.
-    started
-        When it began, for the record.
+    rows, depths, pressures
+        What the history says of the unworn contact, and of the contact after each jump.
+    begun, residual, started
+        (N,) gap of the unworn contact; for the record, the largest residual of the steady states, and when it began.
     """
 
     def __init__(
         self, per_work: Array, tolerance: float, settle: Callable[[ContactSystem, ContactState | None], SteadyState], steady: SteadyState
     ) -> None:
         self.per_work, self.tolerance, self.settle, self.steady = per_work, tolerance, settle, steady
-        self.cycles, self.started, self.rows = 0.0, perf_counter(), list[dict[str, Any]]()
+        self.cycles, self.started, self.begun, self.residual = 0.0, perf_counter(), steady.system.gap, 0.0
+        self.rows, self.depths, self.pressures = list[dict[str, Any]](), list[Array](), list[Array]()
         self.keep()
         fastest = float((self.damping(steady) * np.diag(steady.system.C)).max())
         self.length = float(np.sqrt(tolerance)) / fastest if fastest > 0 else np.inf
@@ -156,17 +157,12 @@ class Course:
         steady, system, state = self.steady, self.steady.system, self.steady.state
         assert system.width is not None
         p = state.bonded_p + (system.S @ joined(state.slip, state.gap - system.gap))[-system.nodes :]
-        now = {
-            "cycles": self.cycles,
-            "work": steady.dissipation,
-            "gap": system.gap,
-            "pressure": np.where(state.gap > 0, 0.0, p) / system.width,
-            "slipping": int(steady.slipping.sum()),
-            "stick_width": float(system.width[~(steady.slipping | steady.open)].sum()),
-            "outcome": steady.outcome.name,
-            "residual": steady.residual,
-        }
-        self.rows.append(now)
+        self.residual = max(self.residual, steady.residual)
+        self.depths.append(depth := system.gap - self.begun)
+        self.pressures.append(np.where(state.gap > 0, 0.0, p) / system.width)
+        sizes = {"largest_depth": float(depth.max()), "volume": float(depth @ system.width), "slipping": int(steady.slipping.sum())}
+        sizes["stick_width"] = float(system.width[~(steady.slipping | steady.open)].sum())
+        self.rows.append({"cycles": self.cycles, "work": steady.dissipation, **sizes, "outcome": steady.outcome.name})
 
     def rate(self, steady: SteadyState) -> Array:
         """(N,) depth per cycle."""
@@ -188,7 +184,7 @@ class Course:
 
     def jump(self, most: float) -> None:
         """The next jump, as long as the tolerance allows, to `most` cycles in all."""
-        begun, n = self.rows[0]["gap"], len(self.per_work)
+        n = len(self.per_work)
         rate, damping = self.rate(self.steady), self.damping(self.steady)[:, None] * self.steady.system.C
         for _ in range(_FAILURES):
             cycles = min(self.cycles + self.length, most)
@@ -197,7 +193,7 @@ class Course:
             first = np.maximum(np.linalg.solve(implicit, rate), 0.0)
             second = np.linalg.solve(implicit, self.rate(self.after(length * first)) - 2 * first)
             h = np.maximum(length * (1.5 * first + 0.5 * second), 0.0)
-            error = float(np.abs(h - length * first).max()) / (self.tolerance * float((self.steady.system.gap - begun + h).max()))
+            error = float(np.abs(h - length * first).max()) / (self.tolerance * float((self.depths[-1] + h).max()))
             self.length = length * float(np.clip(_SAFE / np.sqrt(error), _LEAST, _MOST)) if error > 0 else length * _MOST
             if error <= 1:
                 self.steady, self.cycles = self.after(h), cycles
@@ -226,13 +222,8 @@ class Course:
 
     def history(self, reason: str) -> WearHistory:
         """What is done so far."""
-        table = pd.DataFrame(self.rows)
-        gap, pressure = (np.array(table.pop(name).tolist()) for name in ("gap", "pressure"))
-        depth, most = gap - gap[0], float(table.pop("residual").max())
-        table.insert(2, "largest_depth", depth.max(axis=1))
-        table.insert(3, "volume", depth @ self.steady.system.width)
-        record = SolveRecord(self.steady.record.solver, (), most, (), perf_counter() - self.started)
-        return WearHistory(self.steady, frozen(depth), frozen(pressure), reason, record, table)
+        record = SolveRecord(self.steady.record.solver, (), self.residual, (), perf_counter() - self.started)
+        return WearHistory(self.steady, frozen(self.depths), frozen(self.pressures), reason, record, pd.DataFrame(self.rows))
 
 
 def _per_work(system: ContactSystem, friction: ArrayLike, coefficient: ArrayLike, energy: bool) -> Array:

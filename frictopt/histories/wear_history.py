@@ -14,8 +14,24 @@ WORN_IN = 1e-3
 """Work of friction per cycle, over its largest, from which on a contact counts as worn in."""
 
 
+class Worn(Recorded, Plotted):
+    """Base of results that have a worn contact in a steady state."""
+
+    steady: SteadyState
+
+    @property
+    def system(self) -> ContactSystem:
+        """The contact as it is worn in the end."""
+        return self.steady.system
+
+    @property
+    def state(self) -> ContactState:
+        """Its state at the last corner of the steady cycle, from which wear or another transient may go on."""
+        return self.steady.state
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class WearHistory(Recorded, Plotted):
+class WearHistory(Worn):
     """A contact while it wears: its steady states before the first jump of cycles and after each one.
 
     Theory, eq. (29).
@@ -53,16 +69,6 @@ class WearHistory(Recorded, Plotted):
     reason: str
     record: SolveRecord
     _table: pd.DataFrame
-
-    @property
-    def system(self) -> ContactSystem:
-        """The contact as it is worn in the end."""
-        return self.steady.system
-
-    @property
-    def state(self) -> ContactState:
-        """Its state at the last corner of the last steady cycle, from which wear or another transient may go on."""
-        return self.steady.state
 
     @property
     def cycles(self) -> Array:

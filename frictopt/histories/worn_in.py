@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients
+from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..contact.answers import Outcome
 from ..contact.checks import Array, Booleans, finite_number, frozen, warns_of_odd_values
 from ..contact.cycle import checked_cycle
 from ..contact.diagnosis import open_nodes
-from ..contact.result import Plotted, Recorded, SolveRecord, frame, places
+from ..contact.result import SolveRecord, frame, places
 from ..contact.system import checked_system, reactions
 from ..contact.tolerances import CONDENSATION, RESIDUAL
 from ..errors import ModelError, SolverError
 from ..transients import SteadyState, steady_state
+from .wear_history import Worn
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,7 +26,7 @@ _RELIEF = 0.03  # of the pressure that a node's own wear takes off it, taken off
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class WornIn(Recorded, Plotted):
+class WornIn(Worn):
     """The contact that wear ends at: it rests, and its worn nodes carry nothing.
 
     Theory, eq. (30).
@@ -60,16 +61,6 @@ class WornIn(Recorded, Plotted):
     stick: Booleans
     record: SolveRecord
     proven: bool = True
-
-    @property
-    def system(self) -> ContactSystem:
-        """The worn contact."""
-        return self.steady.system
-
-    @property
-    def state(self) -> ContactState:
-        """Its state at the last corner of a load cycle, from which another transient may start."""
-        return self.steady.state
 
     def to_frame(self) -> "pd.DataFrame":
         """The DataFrame of the nodes: columns node, x, stick, depth; in space x, y, z."""
@@ -189,8 +180,7 @@ def _ends(system: ContactSystem, cycle: LoadCycle, load_factor: float) -> tuple[
 def _confined(C: Array, p: Array, gap: Array, closed: Booleans) -> Array:
     """(N,) `w - g0` of a contact without friction that is closed at some nodes and carries nothing at the others, whatever overlaps there."""
     u, out = -gap, ~closed
-    if out.any():
-        u[out] = -np.linalg.solve(C[np.ix_(out, out)], p[out] - C[np.ix_(out, closed)] @ gap[closed])
+    u[out] = -np.linalg.solve(C[np.ix_(out, out)], p[out] - C[np.ix_(out, closed)] @ gap[closed])
     return u
 
 

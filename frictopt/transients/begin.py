@@ -110,6 +110,8 @@ class Transient(ABC):
         The same at each node; and the scales (m,) of what the map of a cycle acts on, see `Cycle`.
     events, unproven
         Number of changes of status, and of those whose rates are not proven to be the only ones.
+    far_start
+        Whether the start stresses the contact so much more than the loads do that its rounding may hide them.
     engine, steps, coarser
         "path", 0 and none for the exact path; how increments are solved, their number from corner to corner, and those that tell its error.
     started
@@ -159,6 +161,7 @@ class Transient(ABC):
             raise ModelError("initial_slip, initial_state: both are given; a state has its own slip, give one of the two")
         else:
             self._start = self._standing(checked_state("initial_state", initial_state, system, len(self.corners)))
+        self.far_start = self._start_stress > _FAR_START
         self.legs = [(corner, f"the segment to the corner ({name})") for corner, name in zip(self.corners, cycle.corner_names, strict=True)]
         begun = [(self.mean, "the segment from the initial slip to the mean load")]
         self.begun = begun if self.visited < 0 else self.legs[self.visited :] if self.visited > 0 else []
@@ -220,16 +223,11 @@ class Transient(ABC):
         return most / self.largest
 
     @property
-    def far_start(self) -> bool:
-        """Whether the start stresses the contact so much more than the loads do that its rounding may hide them."""
-        return self._start_stress > _FAR_START
-
-    @property
     def cause_of_rounding(self) -> str:
         """The cause of large rounding errors, as a sentence."""
         if self.far_start:
-            name, stress = self._start_name, self._start_stress
-            return f"{name}: it stresses the contact {stress:.1e} times as much as the loads, so rounding hides them; give less"
+            more = f"{self._start_stress:.1e} times as much as the loads"
+            return f"{self._start_name}: it stresses the contact {more}, so rounding hides them; give less"
         return "stiffnesses or loads differ too much in size"
 
     def _standing(self, begin: ContactState) -> Start:
