@@ -118,6 +118,16 @@ def test_the_error_of_increments_is_at_most_five_times_what_is_told(seed, steps)
     assert np.abs(corner_slips(path) - corner_slips(way)[..., None] * turned).max() / length < 5 * path.step_error + 1e-9
 
 
+def test_increments_that_have_several_times_the_work_say_so():
+    """One node at twice its limit, where two increments from corner to corner have almost five times the work."""
+    bonded = {"P": ([0.0], [1.0]), "Q": ([-0.963], [-0.385]), "R": ([-0.545], [-0.323])}
+    node = fo.ContactSystem.from_blocks([[1.0]], [[-0.3]], [[1.0]], [0.0], bonded)
+    loads = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"R": 1.0}])
+    at = 2 * fo.shakedown_limit(node, loads, 0.5).load_factor
+    exact, steady = fo.steady_state(node, loads, 0.5, at), fo.steady_state(node, loads, 0.5, at, steps=2)
+    assert 3 < steady.dissipation / exact.dissipation - 1 < 5 * steady.step_error
+
+
 def test_fewer_increments_without_an_answer_leave_the_error_unknown(monkeypatch):
     loads, along = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), fo.increments.NewtonIncrement.along
 

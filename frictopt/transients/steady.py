@@ -110,7 +110,7 @@ def steady_state(
         def distance(path: SteppedPath) -> float:
             run = Run(path.start(extra), most_cycles, bar.update)
             other = float(run.settled().cycle.work.sum()) / run.period
-            return abs(work - other) / (max(work, other) or 1.0)
+            return abs(work - other) / (work or other or 1.0)
 
         errors = apart((SteppedPath("newton", count, *asked) for count in path.coarser), distance)
         cycles, begun = found.cycle, found.cycle.previous
