@@ -11,8 +11,7 @@ from ..contact.parts import parted
 from ..contact.tolerances import PERIODIC, REPEATED, RESIDUAL
 from ..errors import NoContinuation, SolverError
 from .begin import Cycle, Transient
-from .extrapolation import SLOW, distance_left, drift_text, fixed_point, limit_of
-from .judge import at_rest, slips, work_error
+from .judge import at_rest, distance_left, fixed_point, limit_of, slips, work_error
 
 _NEAR = 100 * PERIODIC  # the affine map is also tested where it moves by so little: other events may begin that near to the extrapolated limit
 _AFFINE = 1e-3  # largest deviation from an affine map, over the change, that is accepted: a new event changes it by more
@@ -23,6 +22,7 @@ _GAIN = 4  # ratio of the changes in returns from one extrapolated fixed point a
 _SAME = 3e-8  # difference of the works at fixed points from two states of a transient, over their sum, up to which these are one
 _BETWEEN = (0.5, 0.1)  # shares of the way from the fixed point to the last state
 _MORE = 30  # cycles followed until the work repeats
+_SLOW = 1e-3  # a drift that changes by a smaller share of itself from cycle to cycle needs more than ten thousand cycles to die out
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,7 +252,7 @@ class Run:
         """
         (before, last), left, n = self.last[-2:], (self.most - self.cycles) // self.period, self.path.nodes
         drift, bend = last.after - last.before, np.abs((last.after - last.before) - (before.after - before.before))
-        if left <= 0 or last.change <= PERIODIC or bend.max() >= min(SLOW, 1 / left) * last.change:
+        if left <= 0 or last.change <= PERIODIC or bend.max() >= min(_SLOW, 1 / left) * last.change:
             return ""
         if not (np.abs(drift) - left * bend)[n:].max() > PERIODIC * np.abs(drift).max():
             return ""
@@ -274,8 +274,12 @@ class Run:
         text = f"none proven within most_cycles = {self.most} cycles (the slip changes by {change:.1e} slip scales {span})"
         if path.far_start:
             text = f"{text}; {path.cause_of_rounding}"
-        elif change > PERIODIC and self.tried and decay < SLOW:
-            text = f"none proven within {self.cycles} of most_cycles = {self.most} cycles; {drift_text(change, decay)}{ahead}"
+        elif change > PERIODIC and self.tried and decay < _SLOW:
+            text = (
+                f"none proven within {self.cycles} of most_cycles = {self.most} cycles; the slip drifts by {change:.1e} slip scales a cycle, and from "
+                f"one cycle to the next this drift changes by only {decay:.1e} of itself: slow ratcheting, or a body that rolls or that nothing guides; "
+                f"guide it by a Support, or follow its drift with march{ahead}"
+            )
         elif change > PERIODIC:
             text = f"{text}; allow more"
         else:

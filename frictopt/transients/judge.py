@@ -1,4 +1,4 @@
-"""What one cycle of a transient shows: whether its slip is safe, whether a node slips in it, and how well its work is known."""
+"""What cycles of a transient show: whether the slip is safe, whether a node slips, how well the work is known, and the limit where they go."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -6,12 +6,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..contact.tolerances import LEVEL, REPEATED, RESIDUAL, ROUNDING, SAME_STATE
+from ..contact.checks import Array
+from ..contact.tolerances import LEVEL, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAME_STATE
 from .begin import Cycle, Transient
-from .extrapolation import distance_left
 
 # A node's pressure below this share of the mean one is too little to judge its slip by: its bounds have the error of an answer.
 _LITTLE = 100 * RESIDUAL
+_AFFINE_FIT = 1e3 * RESIDUAL  # deviation of a state from the linear map fitted to all states: the fit divides by small differences
 _SAFE = RESIDUAL / 10  # excess over the friction bound, in force scales, of a safe slip: a part of the same residual
 
 
@@ -70,3 +71,57 @@ def returns_after(path: Transient, cycle: Cycle) -> int:
     """Load cycles, 1 or 2, after which a return of two load cycles comes back, or its drift repeats."""
     middle = cycle.u[len(cycle.u) // 2 - 1, : len(path.unit)] / path.unit
     return 1 if np.abs(2 * middle - cycle.before - cycle.after).max() <= 2 * SAME_STATE else 2
+
+
+def limit_of(iterates: Array) -> tuple[Array, list[tuple[Array, Array]]] | None:
+    """The limit of an affine map from some of its iterates (rows), and states around it, before and after a cycle, of which all later ones are means.
+
+    The limit is that of reduced-rank extrapolation. The k-th later distance from it is `sum of rate_i^k mode_i` with
+    1 > rate_1 > ... > rate_m >= 0. It is `rate_m^k` times the last distance, plus `rate_i^k - rate_(i + 1)^k` times the sum of the first i modes, for
+    all i < m. The states are these sums, each times a number c_i. The later states are then weighted means of them, of the last state and of the
+    limit, if the sum of `(rate_i^k - rate_(i + 1)^k) / c_i` is at most `1 - rate_m^k` for all k. This always holds with c_i = 1; smaller c_i are used
+    where they suffice.
+
+    Returns None if no single linear map fits all distances, or if they do not decay monotonically: a rate is complex, negative or not below 1.
+    """
+    limit = fixed_point(iterates)
+    distances = iterates - limit
+    left, sizes, right = np.linalg.svd(distances[:-1].T, full_matrices=False)
+    kept = sizes > PERIODIC
+    basis = left[:, kept]
+    step = basis.T @ distances[1:].T @ right[kept].T / sizes[kept]
+    off = np.abs(distances[1:].T - basis @ step @ basis.T @ distances[:-1].T).max(axis=0)
+    if np.any(off > PERIODIC + _AFFINE_FIT * np.abs(distances[:-1]).max(axis=1)):
+        return None
+    rates, vectors = np.linalg.eig(step)
+    modes = basis @ vectors * np.linalg.solve(vectors, basis.T @ distances[-2])
+    counted = np.abs(modes).max(axis=0, initial=0.0) > PERIODIC
+    rates, modes = rates[counted], modes[:, counted]
+    if not len(rates) or np.any(np.abs(rates.imag) > 0) or np.any(rates.real < 0) or np.any(rates.real >= 1):
+        return None
+    order = np.argsort(-rates.real)
+    rates, modes = rates.real[order], modes.real[:, order]
+    powers = rates ** np.unique(np.geomspace(1, 1e6, 200).round())[:, None]
+    shares = (-np.diff(powers, axis=1) / (1 - powers[:, -1:])).max(axis=0) * (len(rates) - 1)
+    shares = shares if shares.max(initial=0.0) < 1 else np.ones_like(shares)
+    before, after = (shares * np.cumsum(part, axis=1)[:, :-1] for part in (modes, modes * rates))
+    return limit, list(zip(before.T, after.T, strict=True))
+
+
+def fixed_point(iterates: Array) -> Array:
+    """The fixed point of a map from some of its iterates (rows), by reduced-rank extrapolation; the first of them where one does not move."""
+    steps = np.diff(iterates, axis=0)
+    if not np.linalg.norm(steps, axis=1).min() > 0:
+        return np.asarray(iterates[0])
+    return np.asarray(iterates[0] + np.linalg.lstsq(np.diff(steps, axis=0).T, -steps[0], rcond=ROUNDING)[0] @ steps[:-1])
+
+
+def distance_left(changes: Sequence[float], rounding: float) -> float:
+    """Estimated distance from the limit: the sum of all later changes, if they decay by the largest ratio of the last ones.
+
+    A change up to `rounding` is the distance itself, whatever the ratio.
+    """
+    if changes[-1] <= rounding:
+        return changes[-1]
+    factor = max((later / earlier if earlier > 0 else np.inf for earlier, later in pairwise(changes)), default=1.0)
+    return changes[-1] * factor / (1 - factor) if factor < 1 else np.inf

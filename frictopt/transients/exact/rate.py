@@ -143,11 +143,7 @@ def _all_statuses(M: Array, c: Array) -> list[Array]:
 
 
 def _is_positive_definite(M: Array) -> bool:
-    try:
-        np.linalg.cholesky(M + M.T)
-    except np.linalg.LinAlgError:
-        return False
-    return True
+    return bool(np.linalg.eigvalsh(M + M.T).min(initial=np.inf) > 0)
 
 
 def _lemke(M: Array, c: Array, cover: Array) -> Array | None:
