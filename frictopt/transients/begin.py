@@ -172,7 +172,7 @@ class Transient(ABC):
         """Set the state that the transient begins at, and what follows it."""
 
     @abstractmethod
-    def follow_to(self, bonded: Array, where: str) -> Sequence[Any]:
+    def follow_to(self, bonded: Array, where: str) -> Sequence[Any] | None:
         """Follow the transient in a straight line to other bonded reactions (M,); `where` begins the error that says it ends there.
 
         Returns the states in increments, none of the exact path.
@@ -194,7 +194,7 @@ class Transient(ABC):
 
     def follow(self, legs: Iterable[tuple[Array, str]]) -> list[Any]:
         """Follow the transient through some `legs`, see `follow_to`."""
-        return [state for leg in legs for state in self.follow_to(*leg)]
+        return [state for leg in legs for state in self.follow_to(*leg) or ()]
 
     def start(self, overload: float | None = None) -> Self:
         """Follow the transient to the mean load, or from an earlier state to the end of its cycle; then through a cycle at another load factor."""

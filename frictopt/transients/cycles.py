@@ -276,9 +276,9 @@ class Run:
             text = f"{text}; {path.cause_of_rounding}"
         elif change > PERIODIC and self.tried and decay < _SLOW:
             text = (
-                f"none proven within {self.cycles} of most_cycles = {self.most} cycles; the slip drifts by {change:.1e} slip scales a cycle, and from "
-                f"one cycle to the next this drift changes by only {decay:.1e} of itself: slow ratcheting, or a body that rolls or that nothing guides; "
-                f"guide it by a Support, or follow its drift with march{ahead}"
+                f"none proven within {self.cycles} of most_cycles = {self.most} cycles; the slip drifts by {change:.1e} slip scales a cycle, and "
+                f"from one cycle to the next this drift changes by only {decay:.1e} of itself: slow ratcheting, or a body that rolls or that nothing "
+                f"guides; guide it by a Support, or follow its drift with march{ahead}"
             )
         elif change > PERIODIC:
             text = f"{text}; allow more"

@@ -130,7 +130,7 @@ class ExactPath(Transient):
         copy.state = type(self.state)(*(values.copy() for values in self.state))
         return copy
 
-    def follow_to(self, bonded: Array, where: str) -> tuple[()]:
+    def follow_to(self, bonded: Array, where: str) -> None:
         """Follow the path in a straight line to other bonded reactions (2N,).
 
         Raises
@@ -157,7 +157,6 @@ class ExactPath(Transient):
         self.events, self.unproven = int(state.trace[0]), int(state.trace[2])
         if len(self._record):
             self.history.append(np.concatenate([[self.visited], state.u, state.r, state.status, state.work])[None])
-        return ()
 
     def states(self) -> list[Array]:
         """Times (T,), `u` and `r` (T, 2N), statuses and work (T, N) of the history."""
