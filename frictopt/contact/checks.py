@@ -65,6 +65,14 @@ def real_array(name: str, values: object) -> Array:
         return np.asarray(raw, dtype=np.float64)
 
 
+def per_node(name: str, values: object, nodes: int) -> Array:
+    """Check real, finite numbers, one for all nodes or one for each, and return them as (N,)."""
+    array = finite_array(name, values)
+    if array.shape not in ((), (nodes,)):
+        raise ModelError(f"{name}: shape {array.shape}; give one number, or one for each of the {nodes} nodes")
+    return np.broadcast_to(array, (nodes,))
+
+
 def finite_number(name: str, value: object, *, least: float = -np.inf, above: float = -np.inf, below: float = np.inf) -> float:
     """Check that `value` is one real finite number with `value >= least`, `value > above` and `value < below`."""
     scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
@@ -107,27 +115,29 @@ def _read_only(entries: dict[T, object]) -> MappingProxyType[T, object]:
 copyreg.pickle(MappingProxyType, lambda view: (_read_only, (dict(view),)))  # Python can neither pickle nor copy such a view by itself
 
 
+def checked_cases(name: str, cases: object, meaning: str) -> Mapping[str, Any]:
+    """Check a mapping, load case name -> something that error messages say the meaning of."""
+    if not isinstance(cases, Mapping):
+        raise ModelError(f"{name}: a {type(cases).__name__}; give a mapping, load case name -> {meaning}")
+    for case in cases:
+        check_name(name, case)
+    return cases
+
+
 def checked_loads(name: str, loads: object) -> Mapping[str, float]:
     """Check a sum of load cases, name -> finite amplitude, and return it read-only."""
-    if not isinstance(loads, Mapping):
-        raise ModelError(f"{name}: a {type(loads).__name__}; give a mapping, load case name -> amplitude")
-    for case in loads:
-        check_name(name, case)
-    return MappingProxyType({case: finite_number(f"{name}[{case!r}]", amplitude) for case, amplitude in loads.items()})
+    cases = checked_cases(name, loads, "amplitude")
+    return MappingProxyType({case: finite_number(f"{name}[{case!r}]", amplitude) for case, amplitude in cases.items()})
 
 
 def checked_overlaps(name: str, cases: object, n: int) -> dict[str, Array]:
     """Check interferences, load case name -> overlap >= 0, one number or (n,), and return (n,) overlaps."""
-    if not isinstance(cases, Mapping):
-        raise ModelError(f"{name}: a {type(cases).__name__}; give a mapping, load case name -> overlap")
     overlaps = {}
-    for case, overlap in cases.items():
-        check_name(name, case)
+    for case, overlap in checked_cases(name, cases, "overlap").items():
         argument = f"{name}[{case!r}]"
-        d = finite_array(argument, overlap, (n,) if real_array(argument, overlap).ndim else None)
+        overlaps[case] = d = per_node(argument, overlap, n)
         if d.min() < 0:
             raise ModelError(f"{argument}: overlap {d.min():g} at node {int(d.argmin())}; give overlaps >= 0, and an opening as a gap")
-        overlaps[case] = np.broadcast_to(d, n)
     return overlaps
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import ModelError
-from .checks import Array, finite_array, finite_number, real_array
+from .checks import Array, finite_number, per_node, real_array
 from .parts import joined
 from .result import Shown
 from .system import ContactSystem, checked_system
@@ -27,12 +27,10 @@ def friction_coefficients(friction: ArrayLike, nodes: int) -> Array:
     >>> friction_coefficients(0.5, nodes=3).tolist()
     [0.5, 0.5, 0.5]
     """
-    array = finite_array("friction", friction)
-    if array.shape not in ((), (nodes,)):
-        raise ModelError(f"friction: shape {array.shape}; give one number or one for each of the {nodes} nodes")
+    array = per_node("friction", friction, nodes)
     if array.min() < 0:
         raise ModelError(f"friction: {array.min():g}; a coefficient of friction is not negative")
-    return np.broadcast_to(array, (nodes,))
+    return array
 
 
 @dataclass(frozen=True, repr=False)

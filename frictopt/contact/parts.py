@@ -7,7 +7,7 @@ from types import MappingProxyType
 import numpy as np
 
 from ..errors import ModelError
-from .checks import Array, Names, check_name, finite_array, frozen, real_array, shown
+from .checks import Array, Names, checked_cases, finite_array, frozen, real_array, shown
 from .tolerances import CONDENSATION, SAME_POINT
 
 _ORTHONORMAL = 10 * CONDENSATION  # error of the frames of the pairs up to which they are orthonormal, as for given normals
@@ -76,14 +76,11 @@ def compliances(tangential: object, normal: object, width: Array, tangents: int)
 
 def checked_bonded(argument: str, bonded: object, n: int, tangents: int) -> Mapping[str, tuple[Array, Array]]:
     """Check bonded reactions, load case name -> (q, p) or all of them in the order of S, and return the pairs read-only."""
-    if not isinstance(bonded, Mapping):
-        raise ModelError(f"{argument}: a {type(bonded).__name__}; give a mapping, load case name -> (q, p)")
-    if not bonded:
+    if not (cases := checked_cases(argument, bonded, "(q, p)")):
         raise ModelError(f"{argument}: no load case; give at least one, name -> (q, p)")
     shape = (n,) if tangents == 1 else (n, 2)
     checked = {}
-    for name, given in bonded.items():
-        check_name(argument, name)
+    for name, given in cases.items():
         label = f"{argument}[{name!r}]"
         try:
             flat = np.ndim(given[0]) == 0

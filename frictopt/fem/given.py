@@ -1,14 +1,12 @@
 """Checks of what the user of another code gives to a condensation: matrices, numbering, pairs."""
 
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix, diags, identity, issparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ..contact.checks import Array, check_name, choice, finite_array, frozen, listed, place, whole_array
+from ..contact.checks import Array, checked_cases, choice, finite_array, frozen, listed, place, whole_array
 from ..contact.tolerances import CONDENSATION, SAME_POINT
 from ..errors import ModelError
 from .interface import Interface
@@ -175,8 +173,5 @@ def checked_gap(gap: ArrayLike | None, points: Array, opening: Array, normals: A
 
 def checked_forces(loads: object, size: int) -> dict[str, Array]:
     """Nodal forces of each load case, on all rows of K."""
-    if not isinstance(loads, Mapping):
-        raise ModelError(f"loads: a {type(loads).__name__}; give a mapping, load case name -> nodal forces")
-    for name in loads:
-        check_name("loads", name)
-    return {name: finite_array(f"loads[{name!r}]", force, (size,)) for name, force in loads.items()}
+    cases = checked_cases("loads", loads, "nodal forces")
+    return {name: finite_array(f"loads[{name!r}]", force, (size,)) for name, force in cases.items()}

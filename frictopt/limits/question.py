@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
-from ..contact.checks import Array, Booleans, finite_array, flag, real_array
+from ..contact.checks import Array, Booleans, flag, per_node
 from ..contact.coulomb import lengths, off_law
 from ..contact.cycle import checked_cycle
 from ..contact.parts import parted
@@ -195,10 +195,7 @@ def units_of(f: Array, r0: Array, r1: Array, AB: Array) -> dict[str, Any]:
 
 def _slip_bounds(slip_bound: Any, nodes: int) -> Array:
     """Check a slip bound, one or one per node, and return it as (N,)."""
-    shape = real_array("slip_bound", slip_bound).shape
-    if shape not in ((), (nodes,)):
-        raise ModelError(f"slip_bound: shape {shape}; give one length or one for each of the {nodes} nodes")
-    most = finite_array("slip_bound", slip_bound, shape)
+    most = per_node("slip_bound", slip_bound, nodes)
     if most.min() < 0:
         raise ModelError(f"slip_bound: {most.min():g}; it bounds the size of the slip, give a length >= 0, or None for no bound")
-    return np.broadcast_to(most, (nodes,))
+    return most

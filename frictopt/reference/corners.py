@@ -4,6 +4,7 @@ Polar coordinates sit at the left corner of the contact, `theta` anticlockwise f
 `theta = -3 pi/4`, the interface `theta = pi/4` (running along +x into the contact), the free side of the punch `theta = 3 pi/4`.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, pi, sin, tan
 from typing import Literal
@@ -13,7 +14,6 @@ from numpy.typing import ArrayLike
 
 from ..contact.checks import Array, choice, finite_array, finite_number
 from ..errors import ModelError
-from ._shared import bisection
 
 _HALF_ANGLE = 3 * pi / 4
 _INTERFACE = pi / 4
@@ -102,8 +102,8 @@ def bonded_corner() -> tuple[CornerMode, CornerMode]:
     >>> [round(mode.exponent, 4) for mode in bonded_corner()]
     [0.5445, 0.9085]
     """
-    even = bisection(lambda exponent: sin(2 * _HALF_ANGLE * exponent) - exponent, 1 / 3, 2 / 3)
-    odd = bisection(lambda exponent: sin(2 * _HALF_ANGLE * exponent) + exponent, 2 / 3, 0.95)  # 1, a rigid rotation, is a root as well
+    even = _bisection(lambda exponent: sin(2 * _HALF_ANGLE * exponent) - exponent, 1 / 3, 2 / 3)
+    odd = _bisection(lambda exponent: sin(2 * _HALF_ANGLE * exponent) + exponent, 2 / 3, 0.95)  # 1, a rigid rotation, is a root as well
     return CornerMode(even, symmetric=True), CornerMode(odd, symmetric=False)
 
 
@@ -164,10 +164,19 @@ def sliding_corner_exponent(f: float, *, slip: Literal["outward", "inward"] = "o
     if not weakest < kappa < strongest:
         largest = strongest if slip == "outward" else -weakest
         raise ModelError(f"f: {f:g} leaves no singular mode for {slip} slip; give friction below {largest:.6g}")
-    return bisection(lambda exponent: _traction_ratio(exponent) - kappa, 0.0, 1.0)
+    return _bisection(lambda exponent: _traction_ratio(exponent) - kappa, 0.0, 1.0)
 
 
 def _traction_ratio(exponent: float) -> float:
     """Ratio `q / p` that has the given leading exponent."""
     angle = pi * exponent
     return (sin(angle) + 2 / tan(angle) * (sin(angle / 2) ** 2 - exponent**2)) / (2 * exponent * (1 + exponent))
+
+
+def _bisection(function: Callable[[float], float], low: float, high: float) -> float:
+    """Root of a function that is positive at `low` and negative at `high`, to the last digit."""
+    while True:
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            return middle
+        low, high = (middle, high) if function(middle) > 0 else (low, middle)

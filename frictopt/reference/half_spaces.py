@@ -7,7 +7,7 @@ import numpy as np
 
 from ..contact.checks import Array, finite_number, whole_number
 from ..errors import ModelError
-from ._shared import poisson_ratio
+from .hertz import poisson_ratio
 
 
 def half_plane_influence(nodes: int, E_star: float) -> Array:

@@ -8,7 +8,13 @@ from numpy.typing import ArrayLike
 
 from ..contact.checks import Array, finite_array, finite_number
 from ..errors import ModelError
-from ._shared import poisson_ratio
+
+
+def poisson_ratio(name: str, value: float) -> float:
+    """Check a Poisson's ratio above -1 and of at most 0.5."""
+    if (nu := finite_number(name, value, above=-1.0)) > 0.5:
+        raise ModelError(f"{name}: {nu:g}; give Poisson's ratio of at most 0.5")
+    return nu
 
 
 def contact_modulus(E1: float, nu1: float, E2: float, nu2: float) -> float:
@@ -227,11 +233,6 @@ class SphereContact(_Round):
     def half_width(self) -> float:
         """Radius a of the contact, length: `a^3 = 3 P R / (4 E*)` with `E* = E / (2 (1 - nu^2))`."""
         return float((1.5 * self.P * self.R * (1 - self.nu**2) / self.E) ** (1 / 3))
-
-    @property
-    def peak_pressure(self) -> float:
-        """Largest pressure, `3 P / (2 pi a^2)`."""
-        return float(1.5 * self.P / (pi * self.half_width**2))
 
     def dissipation(self, Q: float) -> float:
         """Work of friction per cycle of the shear force between -Q and Q, force times length.

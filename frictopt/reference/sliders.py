@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..contact.checks import finite_number, whole_number
 from ..errors import ModelError
-from ._shared import per_node
+from .uncoupled import each_node
 
 
 def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
@@ -48,7 +48,7 @@ def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
     >>> masing_dissipation(k=[1.0, 2.0], bound=[0.5, 3.0], X=1.0)  # the second slider sticks
     1.0
     """
-    k, bound = per_node(k=k, bound=bound)
+    k, bound = each_node(k=k, bound=bound)
     if k.min() <= 0:
         raise ModelError(f"k: {k.min():g}; give positive stiffnesses")
     if bound.min() < 0:

@@ -5,10 +5,19 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact.checks import Array, finite_array, finite_number
+from ..contact.checks import Array, finite_array, finite_number, per_node
 from ..contact.tolerances import ROUNDING
 from ..errors import ModelError
-from ._shared import per_node
+
+
+def each_node(nodes: int | None = None, **values: ArrayLike) -> tuple[Array, ...]:
+    """Check quantities given once for all nodes or once per node and return each as (N,); N is `nodes` or the longest."""
+    arrays = {name: finite_array(name, value) for name, value in values.items()}
+    count = nodes or max(array.size for array in arrays.values()) or 1
+    arrays = {name: per_node(name, array, count) for name, array in arrays.items()}
+    if "f" in arrays and arrays["f"].min() <= 0:  # a frictionless node resists no shear and has no limit
+        raise ModelError(f"f: {arrays['f'].min():g}; give a positive coefficient of friction")
+    return tuple(arrays.values())
 
 
 def uncoupled_limit(q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, f: ArrayLike, *, d: ArrayLike = 0.0) -> float:
@@ -55,7 +64,7 @@ def uncoupled_limit(q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, 
     >>> uncoupled_limit(q0=0.3, p0=[1.0, 2.0], q1=[1.0, 1.0], p1=0.0, f=0.5)
     0.5
     """
-    q0, p0, q1, p1, f, d = per_node(q0=q0, p0=p0, q1=q1, p1=p1, f=f, d=d)
+    q0, p0, q1, p1, f, d = each_node(q0=q0, p0=p0, q1=q1, p1=p1, f=f, d=d)
     if (f * np.abs(d) >= 1).any():
         node = int(np.argmax(f * np.abs(d)))
         raise ModelError(f"f: {f[node]:g} at node {node} is not below the critical friction 1/|d| = {1 / abs(d[node]):g}; give less of either")
@@ -276,7 +285,7 @@ def smallest_circle_limit(p0: ArrayLike, q1: ArrayLike, f: ArrayLike) -> float:
     shear = finite_array("q1", q1, (None, None, 2))
     if not shear.size:
         raise ModelError(f"q1: shape {shear.shape}; give the shear forces (K, N, 2) of at least one corner and node")
-    p0, f = per_node(shear.shape[1], p0=p0, f=f)
+    p0, f = each_node(shear.shape[1], p0=p0, f=f)
     if p0.min() < 0:
         return float("nan")
     radii = np.array([smallest_circle(shear[:, node])[1] for node in range(shear.shape[1])])

@@ -3,7 +3,6 @@
 from .dovetail import Dovetail
 from .pin import PinInPlate
 from .press_fit import PressFit
-from .punch import PunchOnHalfPlane, SquarePunch
-from .rounded import RoundedPunch
+from .punch import PunchOnHalfPlane, RoundedPunch, SquarePunch
 
 __all__ = ["Dovetail", "PinInPlate", "PressFit", "PunchOnHalfPlane", "RoundedPunch", "SquarePunch"]

@@ -100,7 +100,7 @@ class Dovetail(Scene):
     @property
     def _grids(self) -> Sequence[Sequence[Array]]:
         """Of the blade and of the disc, x over the width at each height."""
-        h, first, y = self._half_height, self.corner_size, self._along * -self._direction[1]
+        h, first, y = self._half_height, self.corner_size, self.contact_nodes * -self._direction[1]
         below, above, lug, slot = (
             away(length, first, self.growth) for length in (self.foot_height, self.neck_height, self.lug_height, self._slot - h)
         )
@@ -111,14 +111,9 @@ class Dovetail(Scene):
         return blade, (np.r_[-columns[:0:-1], columns], np.r_[-under[::-1], y, h + lug[1:]])
 
     @property
-    def _along(self) -> Array:
-        """Distances along a flank from its middle, upwards."""
+    def contact_nodes(self) -> Array:
+        """(elements + 1,) distances along a flank from its middle, upwards."""
         return along(self.flank_length / 2, self.elements, self.grading)
-
-    @property
-    def corner_size(self) -> float:
-        """Size of the element at the end of a flank, length."""
-        return float(np.diff(self._along)[-1])
 
     @property
     def _direction(self) -> Array:
@@ -127,7 +122,7 @@ class Dovetail(Scene):
 
     @property
     def _half_height(self) -> float:
-        return float(self._along[-1] * -self._direction[1])
+        return float(self.flank_length / 2 * -self._direction[1])
 
     @property
     def _foot(self) -> float:
@@ -143,10 +138,6 @@ class Dovetail(Scene):
         """Half-width at some heights between the ends of the flanks, and the one of the nearer end elsewhere."""
         down = (self._half_height - np.clip(y, -self._half_height, self._half_height)) / -self._direction[1]
         return np.asarray(self.neck_half_width + down * self._direction[0])
-
-    def _beside(self, y: Array, below: float) -> tuple[Array, Array]:
-        """Heights above the flanks over the height of the lugs, and below them over some length; 0 within the flanks."""
-        return np.maximum(y - self._half_height, 0.0) / self.lug_height, np.maximum(-y - self._half_height, 0.0) / below
 
     def model(self) -> ContactModel:
         """The two meshes with contacts, supports and load cases; rounded ends are an initial gap."""
@@ -168,8 +159,8 @@ class Dovetail(Scene):
         columns, levels = self._grids[0]
         mesh = MeshQuad.init_tensor(columns, levels)
         mesh = mesh.with_boundaries(_flanks(self._half_height) | {"top": lambda x: x[1] == levels[-1]})
-        _, foot = self._beside(mesh.p[1], self.foot_height)
-        width = self._flank(mesh.p[1]) * (1 - _CLEARANCE * foot)
+        below = np.maximum(-mesh.p[1] - self._half_height, 0.0)
+        width = self._flank(mesh.p[1]) * (1 - _CLEARANCE * below / self.foot_height)
         return Body(replace(mesh, doflocs=np.array([mesh.p[0] * width, mesh.p[1]])), self.blade_material)
 
     def _disc(self) -> Body:
@@ -179,8 +170,7 @@ class Dovetail(Scene):
         middle = mesh.p[:, mesh.t].mean(axis=1)
         mesh = mesh.remove_elements(np.flatnonzero((np.abs(middle[0]) < 1) & (middle[1] > -self._slot)))
         mesh = mesh.with_boundaries(_flanks(self._half_height) | {"bottom": lambda x: x[1] == levels[0]})
-        lug, _ = self._beside(mesh.p[1], 1.0)
-        wall = self._flank(mesh.p[1]) + _CLEARANCE * self.lug_height * lug
+        wall = self._flank(mesh.p[1]) + _CLEARANCE * np.maximum(mesh.p[1] - self._half_height, 0.0)
         out = np.maximum(np.abs(mesh.p[0]) - 1, 0.0)
         x = np.sign(mesh.p[0]) * np.where(out > 0, wall + out * (self.disc_half_width - wall), np.abs(mesh.p[0]) * wall)
         return Body(replace(mesh, doflocs=np.array([x, mesh.p[1]])), self.disc_material)

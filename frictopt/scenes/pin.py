@@ -77,13 +77,13 @@ class PinInPlate(Scene):
         """Coordinates of the square in the middle; shares of the way to it from the ring, and from the ring to the edge, beside the rays."""
         line = _CORE * self.radius * np.tan(np.linspace(-np.pi / 4, np.pi / 4, self.elements // 4 + 1))
         ways = (1 - _CORE) * self.radius, self.plate_half_width - self.radius
-        inner, outer = (away(1.0, self.element_size / way, self.growth) for way in ways)
+        inner, outer = (away(1.0, self.corner_size / way, self.growth) for way in ways)
         return (line, line), (1 - inner[-2::-1], self._rays[0]), (outer, self._rays[0])
 
     @property
-    def element_size(self) -> float:
-        """Length of a contact element, a chord of the ring."""
-        return float(2 * self.radius * np.sin(np.pi / self.elements))
+    def contact_nodes(self) -> Array:
+        """(elements + 1,) distances along the ring from the angle 0 and back to it, by its chords."""
+        return np.asarray(2 * self.radius * np.sin(np.pi / self.elements) * np.arange(self.elements + 1))
 
     @property
     def _rays(self) -> Array:

@@ -80,16 +80,12 @@ class PressFit(Scene):
         beyond, inside, outside = (away(length, self.corner_size, self.growth) for length in lengths)
         beyond, inward = half + beyond[1:], a - inside[::-1]
         beyond[-1], inward[[0, -1]] = end, (self.bore_radius, a)
-        return (a + outside, self._contact), (inward, np.r_[-beyond[::-1], self._contact, beyond])
+        return (a + outside, self.contact_nodes), (inward, np.r_[-beyond[::-1], self.contact_nodes, beyond])
 
     @property
-    def _contact(self) -> Array:
+    def contact_nodes(self) -> Array:
+        """(N,) distances along the contact from its middle, upwards."""
         return along(self.collar_length / 2, self.elements, self.grading)
-
-    @property
-    def corner_size(self) -> float:
-        """Size of the contact element at the end of the collar, length."""
-        return float(self._contact[-1] - self._contact[-2])
 
     def model(self) -> ContactModel:
         """The two meshes with contact, supports and load cases."""

@@ -24,7 +24,6 @@ _RANGES: dict[str, dict[str, float]] = {  # of numbers that are not positive len
     "grading": {"least": 1.0, "below": 1e15},
     "growth": {"above": 1.0, "below": 100.0},
 }
-_MOST_STEPS = 1e6
 
 
 @dataclass(frozen=True)
@@ -65,6 +64,16 @@ class Scene(Plotted):
         """Refuse sizes that do not fit."""
 
     @property
+    def contact_nodes(self) -> Array:
+        """Rising coordinates of the nodes along a contact, length."""
+        raise NotImplementedError
+
+    @property
+    def corner_size(self) -> float:
+        """Size of the element at the end of the contact, length."""
+        return float(np.diff(self.contact_nodes)[-1])
+
+    @property
     def _grids(self) -> Sequence[Sequence[Array]]:
         """Coordinates along the axes of the structured mesh of each body."""
         raise NotImplementedError
@@ -100,8 +109,8 @@ def away(length: float, first: float, growth: float) -> Array:
         More steps than a mesh may have.
     """
     steps = max(1.0, np.ceil(np.log1p(length / first * (growth - 1)) / np.log(growth)))
-    if steps > _MOST_STEPS:
-        raise ModelError(f"growth: {growth:g} makes {steps:.0e} elements from {first:g} on over {length:g}, the most are {_MOST_STEPS:g}; give more")
+    if steps > _MOST_NODES:
+        raise ModelError(f"growth: {growth:g} makes {steps:.0e} elements from {first:g} on over {length:g}, the most are {_MOST_NODES:g}; give more")
     nodes = np.concatenate([[0.0], np.cumsum(growth ** np.arange(steps))])
     nodes *= length / nodes[-1]
     nodes[-1] = length
