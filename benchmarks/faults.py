@@ -267,7 +267,7 @@ FAULTS = (
     Fault("limits/safe_set.py", "open nodes may overlap", '{"stays_open": gap >= reserve}', '{"stays_open": gap >= reserve - 1e6}', "open_nodes"),
     Fault("limits/answered.py", "nodes that touch bound nothing", ", (press, task.w0, task.w1)", "", "open_nodes"),
     Fault("limits/open_nodes.py", "all nodes are taken for closed", "return opened if opened.any()", "return None if opened.any()", "open_nodes"),
-    Fault("limits/separated.py", "a node that closes sticks where it was open", "either, moved = opened + before @ opened,",
+    Fault("limits/separated_limit.py", "a node that closes sticks where it was open", "either, moved = opened + before @ opened,",
           "either, moved = opened,", "separated::test_small_contacts_against_every_pattern_of_open_nodes"),
     Fault("limits/separated_limit.py", "a bound far above is a proof", "bound.value <= largest * (1 + _ONE_LIMIT)",
           "bound.value <= largest * (3 + _ONE_LIMIT)",

@@ -2,13 +2,13 @@
 
 import pickle
 import re
+from importlib import import_module
 from itertools import product
 
 import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits import separated
 from frictopt.limits.question import pose
 from frictopt.limits.separated_sets import open_set_limit
 from separation import pulled_system, resting_starts, rests
@@ -112,7 +112,7 @@ def test_what_is_said_of_it(paper_cycle):
 
 @pytest.mark.parametrize(("name", "value", "reason"), [("_MOTION", 0.3, "a big-M bound is active"), ("_PRESSURE", 0.3, "outside of what the bound")])
 def test_an_answer_that_touches_the_largest_motion_or_pressure_is_no_bound(name, value, reason, monkeypatch):
-    monkeypatch.setattr(separated, name, value)
+    monkeypatch.setattr(import_module("frictopt.limits.separated_limit"), name, value)
     limit = fo.separated_limit(pulled_system(np.random.default_rng(3), 3), CYCLE, 0.5)
     assert limit.bound == np.inf and not limit.proven and reason in limit.reason
 

@@ -12,7 +12,7 @@ from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import Array, Booleans, frozen
 from ..contact.coulomb import lengths
 from ..contact.parts import joined, parted
-from ..contact.result import Plotted, Recorded, components, places
+from ..contact.result import Plotted, Recorded, components, frame, places
 from ..contact.tolerances import RESIDUAL
 from .question import LimitQuestion
 
@@ -58,11 +58,6 @@ class Mechanism:
     def opening(self) -> Array:
         """(K, N) openings without slip, >= 0 (of nodes with little or no friction, or without pressure)."""
         return np.asarray((self.moves[:, -1] - self.friction * self.size).clip(0.0))
-
-    def stress(self, system: ContactSystem) -> Array:
-        """(t N,) `A d + B^T l` less what the slip bound holds, ordered by component, which is zero for a true mechanism."""
-        held = 0.0 if self.hold is None else self.hold.ravel()
-        return np.asarray(system.S[: -system.nodes] @ self.moves.sum(axis=0).ravel() - held)
 
     def work(self, task: LimitQuestion) -> tuple[float, float]:
         """Resistance of the loads at load factor 0 and drive of what a load factor of 1 adds, both as work on the mechanism.
@@ -192,6 +187,10 @@ class Answered(Recorded, Plotted):
         (q, p), f = self.reactions, self.friction
         pressed = f * p > _BARE * self._task.mean_bound
         return np.where(pressed, lengths(q, p) / np.where(pressed, f * p, 1.0), np.nan)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row for each node: node, its place, its slip, and whether it is open where one is."""
+        return frame(self._places(), units=self.system.units)
 
     def _places(self) -> dict[str, object]:
         """Columns of a table with one row for each node: node, its place, its slip, and whether it is open where one is."""

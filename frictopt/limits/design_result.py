@@ -9,7 +9,7 @@ import pandas as pd
 
 from ..contact import LoadCycle
 from ..contact.checks import Array
-from ..contact.result import SolveRecord, frame
+from ..contact.result import SolveRecord
 from ..solve.explain import Units, explain
 from .answered import Answered
 from .question import LimitQuestion
@@ -89,7 +89,8 @@ class Design(Answered):
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, its place, its slip, and the profile where there is one."""
-        return frame({**self._places(), **({} if self.profile is None else {"profile": self.profile})})
+        table = super().to_frame()
+        return table if self.profile is None else table.assign(profile=self.profile)
 
     def _answer(self) -> Mapping[str, object]:
         chosen = () if self.objective is None else ("objective",)

@@ -88,7 +88,7 @@ def on_whole(task: LimitQuestion, slip: Array, motion: M) -> tuple[LimitQuestion
     for corner, at, sign in zip(corners, places, signs, strict=True):
         mean[np.ix_(corner, at)] += sign * own / len(corners)
     moves = (mean * closed).reshape(shape)
-    if len(corners) > 1:  # slips that turn against each other open nothing, but for rounding
+    if len(corners) > 1:  # so it is, but for rounding
         moves[:, -1] = np.maximum(moves[:, -1], friction * np.linalg.norm(moves[:, :-1], axis=1))
     if whole.give is not None:
         moves = moves - ((moves.reshape(mean.shape) @ whole.system.S + mean * ~closed) @ whole.give).reshape(shape)

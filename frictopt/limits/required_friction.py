@@ -10,7 +10,7 @@ import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
 from ..contact.checks import Array, finite_number, frozen, place
-from ..contact.result import SolveRecord, frame
+from ..contact.result import SolveRecord
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import SolverError
 from ..solve.solvers import solve
@@ -70,10 +70,6 @@ class RequiredFriction(Answered):
     load_factor: float
     record: SolveRecord
     _task: LimitQuestion = field(repr=False)
-
-    def to_frame(self) -> pd.DataFrame:
-        """One row for each node: node, its place and the slip that is safe with the required friction."""
-        return frame(self._places(), units=self.system.units)
 
 
 def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: float, *, slip_bound: Any = None) -> RequiredFriction:

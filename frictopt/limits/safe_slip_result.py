@@ -9,7 +9,7 @@ import pandas as pd
 
 from ..contact.checks import Array
 from ..contact.diagnosis import unscaled_diagnosis
-from ..contact.result import SolveRecord, frame
+from ..contact.result import SolveRecord
 from ..contact.tolerances import ROUNDING
 from ..solve.explain import Units, explain
 from .answered import Answered, Mechanism
@@ -100,10 +100,6 @@ class SafeSlip(Answered):
         on them, or with a slip bound too little. Under constraints of your own such slips alone prove nothing: `bound` covers all.
         """
         return None if self.exists or self.constraints else self._motion.table(self.system, self.cycle.corner_names)
-
-    def to_frame(self) -> pd.DataFrame:
-        """One row for each node: node, its place and slip."""
-        return frame(self._places(), units=self.system.units)
 
     def explain(self, file: IO[str] | None = None) -> None:
         """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""

@@ -239,17 +239,9 @@ def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:
     first = limit.mechanism.iloc[0] if len(limit.mechanism) else None
     names = ("direction",) if limit.system.tangents == 1 else ("slip1", "slip2")
     along = {name: 0 if first is None else first[name] for name in names}
-    return {
-        "friction": float(np.mean(friction)),
-        "load_factor": limit.load_factor,
-        "least": limit.least,
-        "bound": limit.bound,
-        "residual": limit.residual,
-        "friction_rate": float(limit.friction_rate.sum()),
-        "node": -1 if first is None else int(first["node"]),
-        **along,
-        "solver": limit.record.solver,
-    }
+    found = {name: getattr(limit, name) for name in ("load_factor", "least", "bound", "residual")}
+    rate, node = float(limit.friction_rate.sum()), -1 if first is None else int(first["node"])
+    return {"friction": float(np.mean(friction)), **found, "friction_rate": rate, "node": node, **along, "solver": limit.record.solver}
 
 
 def with_least_load(limit: ShakedownLimit, v: SafeSet, solver: str | None) -> ShakedownLimit:
