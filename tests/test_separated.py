@@ -36,7 +36,7 @@ def test_rounded_punches_by_sets_of_open_nodes(elements, size, count, limit, pun
     assert best.load_factor == pytest.approx(limit, abs=1e-5 if elements == 96 else 1e-8)
     ends = (np.arange(contact.nodes) < count) | (np.arange(contact.nodes) >= contact.nodes - count)
     assert np.array_equal(best.open, ends) and best.residual < 1e-9
-    assert best.bound == np.inf and "booleans is not tried" in best.reason and best.largest_slip == np.abs(best.slip).max()
+    assert best.bound == np.inf and "booleans is not tried" in best.reason and best.largest_slip == np.abs(best.slip[~ends]).max()
     assert rests(contact, paper_cycle, 0.6, 0.999 * limit, initial_slip=best.slip)
     assert not rests(contact, paper_cycle, 0.6, 1.01 * limit, initial_slip=best.slip)
 
