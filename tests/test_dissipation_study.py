@@ -1,6 +1,5 @@
 import io
 import re
-import subprocess
 import sys
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
@@ -290,24 +289,3 @@ def test_futures_that_cannot_be_cancelled_are_futures(contact, factors, table, m
     monkeypatch.setattr(Future, "cancel", no)
     other = fo.dissipation_study(contact, CYCLE, 0.4, factors, executor=Foreign(Future.set_result))
     assert other.dissipation.tolist() == table.dissipation[table.family == "none"].tolist()
-
-
-NOTEBOOK = """
-import sys, types, warnings
-warnings.simplefilter("always")
-for name in ("ipykernel.zmqshell", "IPython", "IPython.display"):
-    sys.modules[name] = types.ModuleType(name)
-sys.modules["IPython"].get_ipython = lambda: types.SimpleNamespace()
-for name in ("HTML", "display", "clear_output"):
-    setattr(sys.modules["IPython.display"], name, None)
-sys.modules["ipywidgets"] = None
-import frictopt as fo
-rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-print(len(fo.dissipation_study(rod, cycle, 0.5, [0.3])))
-"""
-
-
-def test_a_notebook_without_widgets_gets_a_bar_of_text_and_no_warning():
-    done = subprocess.run([sys.executable, "-c", NOTEBOOK], capture_output=True, text=True)
-    assert done.stdout == "1\n" and "transients: 100%" in done.stderr and "Warning" not in done.stderr, done.stderr
