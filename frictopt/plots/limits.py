@@ -59,14 +59,14 @@ def _shakedown_limit(limit: ShakedownLimit, ax: Axes | None = None) -> Axes:
     In space, at the first corner, with the slip as arrows.
     """
     name = r"shakedown limit $\lambda_2$" if limit.objective is None else r"load factor $\lambda$ that the objective chooses"
-    return _at_corners(limit, ax, equals(name, limit.load_factor), limit.friction, shown=bool(np.isfinite(limit.load_factor)))
+    return _at_corners(limit, ax, equals(name, limit.load_factor))
 
 
 @picture.register
 def _required_friction(required: RequiredFriction, ax: Axes | None = None) -> Axes:
     """Shear over the required friction bound at the corners under the safe slip; the area of a circle is the share of its node in the mechanism."""
     title = equals(rf"$\lambda = {required.load_factor:.4g}$: required friction $f$", required.required)
-    return _at_corners(required, ax, title, np.full(required.system.nodes, required.required), shown=0 < required.required < np.inf)
+    return _at_corners(required, ax, title)
 
 
 @picture.register
@@ -75,7 +75,7 @@ def _guaranteed_limit(limit: GuaranteedLimit, ax: Axes | None = None) -> Axes:
     title = equals(r"guaranteed limit $\lambda_1$", limit.load_factor) + ", " + equals(r"shakedown limit $\lambda_2$", limit.shakedown.load_factor)
     if limit.node is not None and limit.corners is not None:
         title += f"\n{_on_its_bounds(limit.node, limit, limit.corners)}"
-    return _at_corners(limit, ax, title, limit.friction, shown=bool(np.isfinite(limit.load_factor)))
+    return _at_corners(limit, ax, title)
 
 
 @picture.register
@@ -84,7 +84,7 @@ def _separated_limit(limit: SeparatedLimit, ax: Axes | None = None) -> Axes:
     title = equals(rf"{'limit with separation,' if limit.proven else 'rests up to'} $\lambda$", limit.load_factor)
     if not (limit.load_factor == np.inf or np.isnan(limit.bound)):
         title += f", bound {limit.bound:.5g}" if np.isfinite(limit.bound) else ", no bound"
-    return _at_corners(limit, ax, title, limit.friction, shown=bool(np.isfinite(limit.load_factor)))
+    return _at_corners(limit, ax, title)
 
 
 @picture.register
@@ -150,13 +150,14 @@ def _on_its_bounds(node: int, limit: GuaranteedLimit, corners: Sequence[int]) ->
     return f"{name}: on the bound of forward slip at {names[0]}\nand of backward slip at {names[1]}"
 
 
-def _at_corners(limit: Limit, ax: Axes | None, title: str, friction: Array, *, shown: bool) -> Axes:
+def _at_corners(limit: Limit, ax: Axes | None, title: str) -> Axes:
     """Shear over friction bound at the corners, with circles at the nodes that limit the load; or why there is nothing to show."""
     axes = one_axes(ax, limit.system.tangents)
     axes.set_title(title)
-    if not shown:
+    (q, p), circled = limit.reactions, _circles(limit)
+    if not np.isfinite(p).all() or not (limit.friction.any() or circled[0]):  # without friction, and nothing that limits
         return no_lines(axes, limit.reason)
-    return _ratios(axes, limit.system, friction, *limit.reactions, limit.cycle.corner_names, _circles(limit), 0, (limit.slip, limit.open))
+    return _ratios(axes, limit.system, limit.friction, q, p, limit.cycle.corner_names, circled, 0, (limit.slip, limit.open))
 
 
 def _circles(limit: Limit) -> Circled:

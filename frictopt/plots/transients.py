@@ -1,6 +1,7 @@
 """Pictures of transients: their loops, their history, and what is left of them in the steady state."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,7 +16,6 @@ from .style import BLACK, GREY, AxesArray, Look, legend, line, new_axes, picture
 
 _DOTS: Look = {"marker": ".", "markersize": 3}
 _LOOKS: dict[str, Look] = {"q": {"band": series(0)["color"]}, "p": {"band": series(1)["color"], "lw": 0.5, "alpha": 0.8}}
-_SLIP_RANGE, _WORK = "slip range (length)", "work of friction per cycle\n(force times length per depth)"
 _NODES = 3  # nodes whose loops are drawn
 _LONGEST = 60  # characters of the names of corners beside an axis
 _MOST_LINES = 50  # cycles of which each has its own line
@@ -56,8 +56,7 @@ def _steady_state(steady: SteadyState, ax: Axes | AxesArray | None = None) -> Ax
     slip, force, work = panels = new_axes(ax, 3, (6.4, 7.6))
     system = steady.system
     slip.set_title(f"{steady.outcome.name.replace('_', ' ').lower()}, $W = {steady.dissipation:.4g}$ per cycle")
-    lines(slip, system, _slip_range(steady), color=BLACK, **_DOTS)
-    slip.set_ylabel(_SLIP_RANGE)
+    _slip_and_work(slip, work, steady, color=BLACK)
     states = steady.states()
     count = len(steady.cycle.corners)
     corners = np.searchsorted(states.time, np.arange(1, count * steady.period + 1) + SIMULTANEOUS) - 1
@@ -68,8 +67,6 @@ def _steady_state(steady: SteadyState, ax: Axes | AxesArray | None = None) -> Ax
         lines_or_band(force, system, getattr(states, name)[corners] / width, [f"${name}$, {corner}" for corner in names], **look)
     force.set_ylabel(unit)
     legend(force)
-    lines(work, system, steady.dissipation_per_node, color=BLACK, **_DOTS)
-    work.set_ylabel(_WORK)
     label_panels(panels, system)
     return np.array(panels)
 
@@ -93,22 +90,20 @@ def _load_loop(loop: LoadLoop, ax: Axes | None = None) -> Axes:
 def _dissipation_range(found: DissipationRange, ax: AxesArray | None = None) -> AxesArray:
     """Two panels: slip range and work of friction per cycle of the steady states with the least and with the most work found."""
     slip, work = panels = new_axes(ax, 2, (6.4, 5.4))
-    system = found.least_state.system
     for number, (name, steady) in enumerate((("least work found", found.least_state), ("most work found", found.most_state))):
-        look = {**line(number), "label": name, **_DOTS}
-        lines(slip, system, _slip_range(steady), **look)
-        lines(work, system, steady.dissipation_per_node, **look)
+        _slip_and_work(slip, work, steady, **line(number), label=name)
     slip.set_title(rf"$\lambda = {found.least_state.load_factor:.4g}$: $W$ from {found.least:.4g} to {found.most:.4g} per cycle found")
-    slip.set_ylabel(_SLIP_RANGE)
-    work.set_ylabel(_WORK)
     legend(slip)
-    label_panels(panels, system)
+    label_panels(panels, found.least_state.system)
     return np.array(panels)
 
 
-def _slip_range(steady: SteadyState) -> Array:
-    """(N,) slip range of the steady cycle."""
-    return np.asarray(steady.fretting_table()["slip_range"])
+def _slip_and_work(above: Axes, below: Axes, steady: SteadyState, **look: Any) -> None:
+    """Draw the slip range of the steady cycle, and below the work of friction per cycle."""
+    lines(above, steady.system, np.asarray(steady.fretting_table()["slip_range"]), **look, **_DOTS)
+    lines(below, steady.system, steady.dissipation_per_node, **look, **_DOTS)
+    above.set_ylabel("slip range (length)")
+    below.set_ylabel("work of friction per cycle\n(force times length per depth)")
 
 
 def loops(axes: Axes, slip: Array, force: Array, names: Sequence[str]) -> None:
