@@ -187,7 +187,7 @@ FAULTS = (
           "for cone in ():\n            y[cone", "standard_form own_constraints spatial_own"),
     Fault("solve/standard_form.py", "what multipliers lack in balance is part of their bound", "abs(bound - self.defect - value) + self.defect",
           "abs(bound - value)", "standard_form"),
-    Fault("solve/standard_form.py", "cones that turn their multipliers", "-size[:, None] * s[cone[:, 1:]]", "size[:, None] * s[cone[:, 1:]]",
+    Fault("solve/standard_form.py", "cones that turn their multipliers", "-size[:, None] * _directed", "size[:, None] * _directed",
           "standard_form spatial_limits"),
     Fault("solve/solvers.py", "an answer that fails is returned", "if claim and claim.residual <= tolerance:\n            return",
           "if True:\n            return", "limit_checks guaranteed_solvers"),

@@ -118,6 +118,12 @@ def wedged(seed):
     return system, fo.LoadCycle({"mean": 1.0}, [{name: 1.0} for name in cases]), 10.0 ** rng.uniform(-3, 1, nodes)
 
 
+def test_a_cone_whose_tip_the_polish_meets_ends_in_an_error_of_ours():
+    system, loads, f = wedged(85)
+    with pytest.raises(fo.SolverError, match="refined on the active cones"):
+        fo.safe_slip(system, loads, f, 0.3, solver="INTERIOR_POINT")
+
+
 def test_no_limit_is_below_a_load_factor_that_polygons_find_safe():
     """A mechanism that stresses the contact a little bounds nothing where slips can be large."""
     compared = 0

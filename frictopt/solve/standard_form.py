@@ -149,6 +149,13 @@ def _sides(s: Array, y: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]
     return (s[:, 0] - radius, y[:, 0] + np.copysign(slid, y[:, 0])), (s[:, 0] + radius, y[:, 0] - slid)
 
 
+def _directed(vectors: Array) -> tuple[Array, Array]:
+    """Lengths and directions of vectors, (n, d); 1 and 0 of one that vanishes."""
+    radius = np.linalg.norm(vectors, axis=1)
+    radius = np.where(radius > 0, radius, 1.0)
+    return radius, vectors / radius[:, None]
+
+
 class _Active:
     """The cones that are active at a point: at their apex, where all slacks vanish, or on their boundary."""
 
@@ -172,9 +179,7 @@ class _Active:
         values, gradients = [s[self._shut]], [-form.matrix[self._shut].toarray()]
         hessian, at = np.zeros((len(z), len(z))), len(self._shut)
         for cone in self._on:
-            radius = np.linalg.norm(s[cone[:, 1:]], axis=1)
-            radius = np.where(radius > 0, radius, 1.0)
-            unit = s[cone[:, 1:]] / radius[:, None]
+            radius, unit = _directed(s[cone[:, 1:]])
             sides = -form.matrix[cone[:, 1:].ravel()].toarray().reshape(*unit.shape, len(z))
             along = np.einsum("ri,riz->rz", unit, sides)
             values.append(s[cone[:, 0]] - radius)
@@ -215,7 +220,7 @@ class _Active:
         for cone in self._on:
             size = m[at : at + len(cone)]
             y[cone[:, 0]] = size
-            y[cone[:, 1:]] = -size[:, None] * s[cone[:, 1:]] / np.linalg.norm(s[cone[:, 1:]], axis=1)[:, None]
+            y[cone[:, 1:]] = -size[:, None] * _directed(s[cone[:, 1:]])[1]
             at += len(cone)
         if form.zero:
             y[: form.zero] = lstsq(form.matrix[: form.zero].toarray().T, form.objective - form.matrix.T @ y)[0]
