@@ -120,8 +120,6 @@ FAULTS = (
     Fault("fem/assembly.py", "loads on midside nodes are lost", "return self.tied.T @ forces", "return forces", "quadratic"),
     Fault("fem/model.py", "midside nodes of a field stay at rest", "u = parts.tied @ (R @ u + D @ force)", "u = R @ u + D @ force", "quadratic"),
     Fault("fem/elements.py", "two points of integration a direction", "MeshQuad2: 5, MeshHex2: 5", "MeshQuad2: 3, MeshHex2: 3", "quadratic"),
-    Fault("fem/elements.py", "nodes amid faces are means of the others", "np.where(inside[i], -0.25, 0.0)", "np.where(inside[i], 0.25, 0.0)",
-          "gmsh"),
     Fault("fem/matrices/outline.py", "midside nodes of a deck do not follow", "follows[rows] = 1.0", "follows[rows] = 0.0", "calculix_quadratic"),
     Fault("fem/matrices/outline.py", "loads do not follow to the corners", "+ other]), weight)", "+ other]), 0.0 * weight)", "calculix_quadratic"),
     Fault("fem/matrices/outline.py", "free midside nodes make pairs", "(unknowns[rows] >= 0).any(axis=1)]", "(unknowns[rows] > 1e9).any(axis=1)]",

@@ -11,7 +11,7 @@ from skfem import Mesh
 from ..contact.checks import Array, check_text, choice, finite_numbers, shown
 from ..errors import ModelError
 from .elasticity import ELEMENT_NAMES, ElementName, Material
-from .elements import QUADRATIC, facet_nodes, points_from, quadratic, through_corners
+from .elements import QUADRATIC, facet_nodes, functions_of, points_from, quadratic, through_corners
 from .ordering import Integers, parts_of
 
 Place = str | tuple[float, ...]
@@ -184,8 +184,7 @@ def _check_elements(mesh: Mesh) -> None:
 def _sizes(mesh: Mesh) -> Array:
     """(nodes, elements) signed area or volume of the elements as it is at each of their nodes."""
     element, nodes = mesh.elem(), mesh.dofs.element_dofs
-    at = element.doflocs.T
-    slopes = np.array([np.broadcast_to(element.lbasis(at, i)[1], at.shape) for i in range(len(nodes))])
+    slopes = functions_of(element, len(nodes), element.doflocs.T)[1]
     return np.asarray(np.linalg.det(np.einsum("aie,ibk->keab", mesh.p[:, nodes], slopes)))
 
 

@@ -12,7 +12,7 @@ from skfem.quadrature import get_quadrature
 
 from ..contact.checks import Array, check_text, finite_number, place, real_array, shown
 from ..errors import ModelError
-from .elements import basis_of, on_facets, places_of
+from .elements import basis_of, functions_of, on_facets, places_of
 from .ordering import Integers
 
 ElementName: TypeAlias = Literal["linear", "mean_dilatation", "quadratic"]
@@ -176,10 +176,10 @@ def boundary_forces(mesh: Mesh, facets: Integers, traction: Callable[[Array, Arr
     flat = _FACETS[len(local)]()
     on_flat, weights = get_quadrature(flat.refdom, _ORDER)
     corners = element.refdom.p[:, local]
-    shapes, slopes = _functions(flat, len(local), on_flat)
+    shapes, slopes = functions_of(flat, len(local), on_flat)
     at, ways = np.einsum("dkm,kq->dmq", corners, shapes), np.einsum("dkm,keq->edmq", corners, slopes)
     nodes = mesh.dofs.element_dofs[:, elements]
-    values, gradients = _functions(element, len(nodes), at)
+    values, gradients = functions_of(element, len(nodes), at)
     values = values * on_facets(type(mesh))[number].T[:, :, None]
     points = np.einsum("akm,kmq->amq", mesh.p[:, nodes], values)
     along = np.einsum("abmq,ebmq->eamq", np.einsum("akm,kbmq->abmq", mesh.p[:, nodes], gradients), ways)
@@ -192,12 +192,6 @@ def boundary_forces(mesh: Mesh, facets: Integers, traction: Callable[[Array, Arr
         raise ModelError(f"mesh: the facet at {place(points[:, m].mean(axis=1))} has no size; repair it")
     amounts = np.array(traction(points, normals / sizes)) * circumference(points[0], kinematics) * sizes * weights
     return np.array([np.bincount(nodes.ravel(), part.ravel(), minlength=mesh.p.shape[1]) for part in np.einsum("cmq,kmq->ckm", amounts, values)])
-
-
-def _functions(element: Any, count: int, at: Array) -> tuple[Array, Array]:
-    """Values (count, ...) and slopes (count, d, ...) of the functions of an element at points (d, ...) of its reference."""
-    found = [element.lbasis(at, i) for i in range(count)]
-    return np.array([np.broadcast_to(value, at.shape[1:]) for value, _ in found]), np.array([np.broadcast_to(slope, at.shape) for _, slope in found])
 
 
 def volume_forces(mesh: Mesh, force: Callable[[Array], Array], kinematics: Kinematics) -> Array:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags
-from skfem import Basis, Mesh, MeshHex1, MeshHex2, MeshQuad1, MeshQuad2, MeshTet1, MeshTet2, MeshTri1, MeshTri2
+from skfem import Basis, Element, ElementHexS2, ElementQuadS2, Mesh, MeshHex1, MeshHex2, MeshQuad1, MeshQuad2, MeshTet1, MeshTet2, MeshTri1, MeshTri2
 
 from ..contact.checks import Array, place
 from ..contact.tolerances import SAME_POINT
@@ -14,6 +14,7 @@ from .ordering import Flags, Integers
 # A mesh of scikit-fem counts its corner nodes first, as `mesh.t` and `mesh.facets` have them, then those amid edges, facets and elements.
 QUADRATIC = {MeshTri1: MeshTri2, MeshQuad1: MeshQuad2, MeshTet1: MeshTet2, MeshHex1: MeshHex2}
 _LINEAR = {second: first for first, second in QUADRATIC.items()} | {first: first for first in QUADRATIC}
+_SERENDIPITY = {8: ElementQuadS2, 20: ElementHexS2}  # by the number of their nodes
 _ORDER = {MeshQuad2: 5, MeshHex2: 5}  # three points a direction: exact for uniform stress in curved elements, and for straight ones
 _OFF = 0.1  # the most that a node may lie off the middle of its corners, over their distance: some 45 degrees of arc
 
@@ -40,22 +41,21 @@ def points_from(mesh: Mesh, elements: Integers, other: Mesh) -> Array:
     return points
 
 
+def functions_of(element: Element, count: int, at: Array) -> tuple[Array, Array]:
+    """Values (count, ...) and slopes (count, d, ...) of the first functions of an element at points (d, ...) of its reference."""
+    found = [element.lbasis(at, i) for i in range(count)]
+    return np.array([np.broadcast_to(value, at.shape[1:]) for value, _ in found]), np.array([np.broadcast_to(slope, at.shape) for _, slope in found])
+
+
 def corner_weights(kind: type[Mesh]) -> Array:
     """(nodes, corners) the functions of the corners of a linear element at the nodes of a reference element of this kind: each node as their mean."""
-    at, linear = kind.elem.doflocs.T, _LINEAR[kind].elem()
-    return np.array([np.broadcast_to(linear.lbasis(at, i)[0], at.shape[1:]) for i in range(linear.refdom.nnodes)]).T
+    linear = _LINEAR[kind].elem()
+    return functions_of(linear, linear.refdom.nnodes, kind.elem.doflocs.T)[0].T
 
 
 def completion(kind: type[Mesh], given: int) -> Array:
     """(nodes, given) the nodes of a quadratic element by its first ones: those amid facets and elements by serendipity, where only edges have one."""
-    weights = corner_weights(kind)
-    inside, corners = weights > 0, weights.shape[1]
-    nodes = np.eye(len(weights), given)
-    for i in range(given, len(weights)):
-        edges = corners + np.flatnonzero((inside[corners:given] <= inside[i]).all(axis=1))
-        nodes[i, :corners] = np.where(inside[i], -0.25, 0.0)
-        nodes[i, edges] = (1 + inside[i].sum() / 4) / len(edges)
-    return nodes
+    return functions_of(_SERENDIPITY[given](), given, kind.elem.doflocs.T)[0].T if given in _SERENDIPITY else np.eye(given)
 
 
 def on_facets(kind: type[Mesh]) -> Flags:
@@ -72,8 +72,7 @@ def places_of(mesh: Mesh, facets: Integers) -> tuple[Integers, Integers]:
 
 def facet_nodes(mesh: Mesh, facets: Integers) -> Integers:
     """All nodes on some facets, each once."""
-    elements, number = places_of(mesh, facets)
-    return np.unique(mesh.dofs.element_dofs[:, elements].T[on_facets(type(mesh))[number]])
+    return np.asarray(mesh.dofs.get_facet_dofs(facets).flatten())
 
 
 def midside_ties(mesh: Mesh, facets: Integers, argument: str) -> csr_matrix:

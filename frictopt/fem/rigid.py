@@ -16,20 +16,18 @@ _FREE_MOTION = CONDENSATION  # a rigid motion is free if its forces, over the st
 
 def node_graph(K: csr_matrix, unknowns: Integers, generalised: Integers = NO_ROWS) -> csr_matrix:
     """(nodes, nodes) pattern of the nodes that the stiffness joins; of parts that generalised coordinates alone join, one node each is joined."""
-    node = np.full(K.shape[0], -1)
-    listed = unknowns >= 0
-    node[unknowns[listed]] = np.broadcast_to(np.arange(len(unknowns))[:, None], unknowns.shape)[listed]
-    row, column = node[np.repeat(np.arange(K.shape[0]), np.diff(K.indptr))], node[K.indices]
-    free = (row >= 0) & (column >= 0)
-    graph = csr_matrix((np.ones(np.count_nonzero(free)), (row[free], column[free])), shape=(len(unknowns),) * 2)
+    node, axis = np.nonzero(unknowns >= 0)
+    of_node = csr_matrix((np.ones(len(node)), (node, unknowns[node, axis])), shape=(len(unknowns), K.shape[0]))
+    pattern = csr_matrix((np.ones(K.nnz), K.indices, K.indptr), shape=K.shape)
+    graph = csr_matrix(of_node @ pattern @ of_node.T)
     if not len(generalised):
         return graph
-    G = K[generalised]
-    count, group = connected_components(G[:, generalised], directed=False)
-    of, ends = np.repeat(group, np.diff(G.indptr)), node[G.indices]
+    count, group = connected_components(K[generalised][:, generalised], directed=False)
+    of_group = csr_matrix((np.ones(len(group)), (group, generalised)), shape=(count, K.shape[0]))
+    of, ends = (of_group @ pattern @ of_node.T).nonzero()
     _, part = connected_components(graph, directed=False)
-    _, few = np.unique(np.column_stack([of, np.where(ends >= 0, part[ends], -1)]), axis=0, return_index=True)
-    of, ends = of[few][ends[few] >= 0], ends[few][ends[few] >= 0]
+    _, few = np.unique([of, part[ends]], axis=1, return_index=True)
+    of, ends = of[few], ends[few]
     first = np.full(count, -1)
     first[of] = ends
     links = csr_matrix((np.ones(len(ends)), (first[of], ends)), shape=graph.shape)
