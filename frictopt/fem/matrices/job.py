@@ -1,30 +1,25 @@
-"""A stiffness matrix that another code wrote, with the deck that says where its nodes are."""
+"""A job of another code: the faces of its bodies, the pairs of nodes on them, and what acts there."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from pathlib import Path
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, diags
+from scipy.spatial import cKDTree
 from skfem import Mesh
 
-from ...contact.checks import Array, frozen, shown
-from ...contact.result import Shown
+from ...contact.checks import Array, finite_array, finite_number, frozen, real_array, shown
 from ...errors import ModelError
-from ..given import checked_stiffness
+from ..elasticity import boundary_forces
+from ..elements import facet_nodes, midside_ties
+from ..faces import lines_along
 from ..ordering import Integers
-from ..rigid import node_graph
-from .constraints import checked_labels, displaced, rows_of_nodes
-from .deck import Deck, deck_of_points
-from .meshes import file_path, mesh_of, with_midsides
-from .modes import printed_modes
-from .outline import acting, along, between, bodies_of, check_midsides, integrals, matching_faces, normals_at, paired, tied
+from .constraints import rows_of_nodes
+from .labelled import LabelledMatrix
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MatrixJob(Shown):
+class MatrixJob(LabelledMatrix):
     """Stiffness matrix of another code, with labels, and the nodes and sets of its deck: what `condense` asks for.
 
     Lengths and forces have the units of the deck; a plane job is per unit depth: stiffness and forces are divided by the thickness of its section.
@@ -63,66 +58,6 @@ class MatrixJob(Shown):
     ([[0, 1], [3, 4]], [2])
     """
 
-    K: csr_matrix
-    labels: Integers
-    deck: Deck | Mapping[int, Sequence[float]] | None = None
-    M: csr_matrix | None = None
-
-    def __post_init__(self) -> None:
-        labels = checked_labels(self.labels)
-        if isinstance(self.deck, Mapping):
-            object.__setattr__(self, "deck", deck_of_points(self.deck))
-        if self.deck is not None and not isinstance(self.deck, Deck):
-            raise ModelError(f"deck: {shown(self.deck)}; give the deck of another job, a mapping number of a node -> its coordinates, or None")
-        object.__setattr__(self, "labels", labels)
-        for name in ("K",) if self.M is None else ("K", "M"):
-            matrix = checked_stiffness(getattr(self, name), name)
-            if matrix.shape[0] != len(labels):
-                raise ModelError(f"{name}: {shown(matrix)}; give a real sparse matrix of the size of the labels, {len(labels)}")
-            object.__setattr__(self, name, csr_matrix((matrix + matrix.T) / 2))
-
-    def _answer(self) -> Mapping[str, object]:
-        others = {"generalised": len(self.generalised)} if len(self.generalised) else {}
-        return {"unknowns": len(self.labels), "directions": self._directions, **others, "sets": sorted(self._known.sets) if self.deck else None}
-
-    @property
-    def _directions(self) -> int:
-        return max(2, int(self.labels[displaced(self.labels), 1].max()))
-
-    @property
-    def _known(self) -> Deck:
-        if not isinstance(self.deck, Deck):
-            raise ModelError("deck: this job has none; read it with deck='NAME.inp' to use its nodes and sets")
-        return self.deck
-
-    @cached_property
-    def points(self) -> Array:
-        """(nodes, d) coordinates of the nodes of the deck; d = 2 for a plane job."""
-        return frozen(self._known.points[:, : self._directions])
-
-    @cached_property
-    def unknowns(self) -> Integers:
-        """(nodes, d) row of K of each node's displacements, -1 where `*BOUNDARY` holds them, -2 where K has none else: they follow others.
-
-        Where the job has no deck that tells held displacements (-1), those that K lacks are -2 too: such a node carries no contact until you say -1.
-
-        Raises
-        ------
-        ModelError
-            The matrix has labels of nodes that are not in the deck.
-        """
-        return rows_of_nodes(self.labels, self._known.numbers, self._known.constraints)[:, : self._directions]
-
-    @property
-    def generalised(self) -> Integers:
-        """(m,) rows of K that are no displacement of a node, which `condense` eliminates: rotations, modal unknowns, scalar points."""
-        return np.flatnonzero(~displaced(self.labels))
-
-    @cached_property
-    def bodies(self) -> Integers:
-        """(nodes,) number of the body that each node belongs to: what K joins is one body. -1 for nodes without a row in K."""
-        return bodies_of(node_graph(self.K, self.unknowns, self.generalised), self.unknowns)
-
     def matching_faces(self) -> list[Integers]:
         """Pairs (N, 2) of each connected face at which two bodies lie on each other, node by node: proposals for `pairs` of `condense`.
 
@@ -145,19 +80,6 @@ class MatrixJob(Shown):
             self._check_midsides(pairs.ravel())
         return faces
 
-    def _matching(self) -> list[Integers]:
-        return matching_faces(self.points, self.bodies, self.mesh if self._known.elements or self._directions == 2 else None)
-
-    @cached_property
-    def mesh(self) -> Mesh:
-        """scikit-fem mesh of the deck through the corners of its elements, nodes in the order of `points`; see `Deck.shaped` for the errors."""
-        return mesh_of(self._known, self._directions)
-
-    @cached_property
-    def _whole(self) -> tuple[Mesh, csr_matrix]:
-        """The mesh with the nodes amid edges, and the (its nodes, nodes of the deck) matrix of its nodes."""
-        return with_midsides(self.mesh, self._known.shaped()[2], self._known.points)
-
     def with_linear_faces(self, *faces: str | ArrayLike) -> "MatrixJob":
         """The job in which nodes amid edges of contact faces follow the corners, and only these make pairs; see theory, "Quadratic elements".
 
@@ -178,35 +100,50 @@ class MatrixJob(Shown):
         >>> job.with_linear_faces().K.shape == job.K.shape  # its elements are linear
         True
         """
-        facets = [between(self.mesh, self.nodes(side)) for side in faces or [side for pairs in self._matching() for side in pairs.T]]
-        T, labels, deck = tied(self.labels, self._known, self.unknowns, *self._whole, facets)
-        return MatrixJob(csr_matrix(T.T @ self.K @ T), labels, deck, M=None if self.M is None else csr_matrix(T.T @ self.M @ T))
+        sides = faces or [side for pairs in self._matching() for side in pairs.T]
+        facets = np.unique(np.concatenate([np.zeros(0, dtype=np.intp), *(between(self.mesh, self.nodes(side)) for side in sides)]))
+        deck, (whole, origin) = self._known, self._whole
+        links, d = midside_ties(whole, facets, "with_linear_faces").tocoo(), whole.dim()
+        given = np.full(whole.p.shape[1], -1)
+        ends = origin.tocoo()
+        own = (np.diff(origin.indptr) == 1)[ends.row]  # the others are added to complete elements, and follow of themselves
+        given[ends.row[own]] = ends.col[own]
+        node, axis = given[links.row // d], links.row % d
+        own = (node >= 0) & (self.unknowns[node, axis] >= 0)
+        node, axis, corner, other, weight = node[own], axis[own], links.col[own] // d, links.col[own] % d, links.data[own]
+        rows, columns = self.unknowns[node, axis], self.unknowns[corner, other]
+        if (columns < -1).any():
+            number = int(deck.numbers[corner[columns < -1][0]])
+            raise ModelError(f"with_linear_faces: corner node {number} follows others; take that constraint out, or let the others follow it")
+        follows = np.zeros(len(self.labels))
+        follows[rows] = 1.0
+        free, left = columns >= 0, np.flatnonzero(follows == 0)
+        T = csr_matrix(diags(1 - follows) + csr_matrix((weight[free], (rows[free], columns[free])), shape=self.K.shape))[:, left]
+        constraints = deck.constraints.following(np.column_stack([6 * node + axis, 6 * corner + other]), weight)
+        M = None if self.M is None else csr_matrix(T.T @ self.M @ T)
+        return MatrixJob(csr_matrix(T.T @ self.K @ T), self.labels[left], replace(deck, constraints=constraints), M=M)
 
     def _check_midsides(self, corners: Integers) -> None:
-        if len(self._known.midsides):
-            check_midsides(*self._whole, between(self.mesh, corners), self._known, self.unknowns)
-
-    def nodes(self, where: str | ArrayLike) -> Integers:
-        """Nodes as rows of `points`, each once.
-
-        Parameters
-        ----------
-        where
-            Name of a node set; or the rows themselves, such as `np.flatnonzero(job.points[:, 1] == 0)`.
-
-        Raises
-        ------
-        ModelError
-            The deck names no such set, or it is empty; numbers that are no rows of `points`.
-        """
-        return self._known.nodes(where)
+        """Check that the nodes amid the edges of contact faces, on facets between some corners, follow others."""
+        deck, unknowns = self._known, self.unknowns
+        if not len(deck.midsides):
+            return
+        whole, origin = self._whole
+        rows = np.intersect1d(origin[facet_nodes(whole, between(self.mesh, corners))].indices, deck.midsides)
+        free, gone = rows[(unknowns[rows] >= 0).any(axis=1)], rows[(unknowns[rows] < -1).any(axis=1)]
+        if len(lost := np.setdiff1d(gone, deck.constraints.ends[:, 0] // 6)):
+            raise ModelError(
+                f"faces: node {int(deck.numbers[lost[0]])} is amid an edge of a contact face and has no row in the matrix; retain such nodes when "
+                "you reduce a model, then go on with job.with_linear_faces()"
+            )
+        if len(free):
+            raise ModelError(
+                f"faces: node {int(deck.numbers[free[0]])} is amid an edge of a contact face and moves on its own; a contact has corner nodes "
+                "alone: go on with job.with_linear_faces(), or name the faces of all contacts in it"
+            )
 
     def _corners(self, where: str | ArrayLike) -> Integers:
         return np.setdiff1d(self.nodes(where), self._known.midsides, assume_unique=True)
-
-    def _over(self, nodes: Integers) -> tuple[Array, Array]:
-        forces, shares = integrals(self._whole[0], between(self.mesh, nodes))
-        return self._whole[1].T @ forces, self._whole[1].T @ shares
 
     def pairs(self, first: str | ArrayLike, second: str | ArrayLike) -> Integers:
         """(N, 2) pairs of corner nodes on two faces, each with the nearest one; in a plane job in the order of the face, body 1 on the left.
@@ -222,11 +159,19 @@ class MatrixJob(Shown):
             Faces of different numbers of nodes or with nodes in common, a node that is nearest to two others, nodes amid edges that move on their
             own; see `nodes`.
         """
-        one, two = self._corners(first), self._corners(second)
+        one, two, points, numbers = self._corners(first), self._corners(second), self.points, self._known.numbers
         self._check_midsides(np.r_[one, two])
         if self._directions == 2:
-            two = along(self.mesh, two, self._known.numbers)
-        return paired(self.points, one, two, self._known.numbers, f"faces {shown(first)} and {shown(second)}")
+            two = np.concatenate([line for line, _ in lines_along(self.mesh, between(self.mesh, two, numbers), "nodes: the outline")])
+        argument = f"faces {shown(first)} and {shown(second)}"
+        if len(one) != len(two) or np.isin(one, two).any():
+            problem = f"{len(one)} and {len(two)} nodes" if len(one) != len(two) else "nodes in common"
+            raise ModelError(f"{argument}: {problem}; mesh both with the same nodes, each with its own")
+        nearest = one[cKDTree(points[one]).query(points[two])[1]]
+        taken, count = np.unique(nearest, return_counts=True)
+        if len(taken) != len(one):
+            raise ModelError(f"{argument}: node {int(numbers[taken[count.argmax()]])} is the nearest one to several; mesh both with the same nodes")
+        return np.column_stack([nearest, two])
 
     def normals(self, face: str | ArrayLike) -> Array:
         """(N, d) unit normals that point out of the body at the corner nodes on a face, the mean over the facets weighted by their size.
@@ -241,28 +186,9 @@ class MatrixJob(Shown):
         ModelError
             Nodes that no facet of the outline joins; see `nodes`.
         """
-        return frozen(normals_at(self.mesh, self._corners(face), self._known.numbers))
-
-    def modes(self, path: str | Path) -> tuple[Array, Array]:
-        """Natural frequencies (m,), cycles per unit of time, and shapes (m, n) of the modes that CalculiX printed, for `modal_load`.
-
-        The file `NAME.dat` is that of a step of `*FREQUENCY` with `*NODE PRINT` of the displacements U of all nodes. Its deck has the nodes of this
-        job, with the contact glued: by `*TIE`, by equations, or by nodes that the bodies share.
-
-        Raises
-        ------
-        ModelError
-            A file that is missing or holds no modes, or none of a node of the matrix; unknowns that are no displacements.
-
-        Examples
-        --------
-        >>> import frictopt as fo
-        >>> job = fo.read_calculix("tests/data/flat")
-        >>> frequencies, shapes = job.modes("tests/data/flat_glued.dat")
-        >>> frequencies.tolist(), shapes.shape
-        ([24757.59, 47452.97], (2, 964))
-        """
-        return printed_modes(file_path("modes", path), self.labels, self.deck if isinstance(self.deck, Deck) else None)
+        nodes = self._corners(face)
+        sums = boundary_forces(self.mesh, between(self.mesh, nodes, self._known.numbers), lambda _, normals: normals, "space").T[nodes]
+        return frozen(sums / np.linalg.norm(sums, axis=1)[:, None])
 
     def force(self, where: str | ArrayLike, *, traction: object = None, pressure: object = None, total: object = None, nodal: object = None) -> Array:
         """(n,) nodal forces of one load, said in one of four ways; on displacements that follow others they go to these, on held ones to the ground.
@@ -295,4 +221,43 @@ class MatrixJob(Shown):
         (-10.0, -1.0)
         """
         given = {name: v for name, v in (("traction", traction), ("pressure", pressure), ("total", total), ("nodal", nodal)) if v is not None}
-        return frozen(acting(given, self.nodes(where), self._known, self.labels, self._directions, self._over))
+        nodes, deck, d = self.nodes(where), self._known, self._directions
+        if len(given) != 1:
+            raise ModelError(f"force: {' and '.join(given) or 'no load'}; give one of traction, pressure (force per area), total, nodal (force)")
+        if axisymmetric := sorted({kind for kind, _, _ in deck.elements if kind.startswith("CAX")}):
+            raise ModelError(f"force: elements {axisymmetric[0]} are axisymmetric; give condense the nodal forces that belong to the code's matrix")
+        ((name, value),), rows = given.items(), rows_of_nodes(self.labels, deck.numbers, deck.constraints)
+        forces = np.zeros(rows.shape)
+        if name == "nodal":
+            forces[nodes, :d] = finite_array("nodal", value, (d,) if real_array("nodal", value).ndim == 1 else (len(nodes), d))
+        elif name == "pressure":
+            forces[:, :d] = -finite_number("pressure", value) * self._integrals(nodes)[:, :-1]
+        else:
+            share = self._integrals(nodes)[:, -1:]
+            forces[:, :d] = share * finite_array(name, value, (d,)) / (share.sum() if name == "total" else 1.0)
+        present, values = rows >= 0, np.zeros(len(self.labels))
+        values[rows[present]] = deck.constraints.passed_on(forces, present, deck.numbers)[present]
+        return frozen(values)
+
+    def _integrals(self, nodes: Integers) -> Array:
+        """(nodes, d + 1) integrals over the outline between some nodes of each node's shape function times the outward normal, and times 1."""
+        facets = between(self.mesh, nodes)
+        parts = boundary_forces(self._whole[0], facets, lambda _, normals: np.concatenate([normals, np.ones((1, *normals.shape[1:]))]), "space")
+        return np.asarray(self._whole[1].T @ parts.T)
+
+
+def between(mesh: Mesh, nodes: Integers, numbers: Integers | None = None) -> Integers:
+    """Facets of the outline all corners of which are among some nodes; with the numbers of all nodes, each of these is a corner of one.
+
+    Raises
+    ------
+    ModelError
+        There is none, or a node is no corner of one.
+    """
+    facets = mesh.boundary_facets()
+    inside = facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)]
+    if not len(inside):
+        raise ModelError(f"nodes: no facet of the outline lies between these {len(nodes)} nodes; give the nodes of a face")
+    if numbers is not None and len(lost := np.setdiff1d(nodes, mesh.facets[:, inside])):
+        raise ModelError(f"nodes: node {numbers[lost[0]]} lies on no facet of the outline between these nodes; give the nodes of a face")
+    return np.asarray(inside)

@@ -1,0 +1,189 @@
+"""A stiffness matrix that another code wrote, with the deck that says where its nodes are."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+from skfem import Mesh
+
+from ...contact.checks import Array, frozen, place, shown
+from ...contact.result import Shown
+from ...errors import ModelError
+from ..faces import lines_along
+from ..given import checked_stiffness, same_point
+from ..ordering import Integers, parts_of, places_among, whole
+from ..rigid import node_graph
+from .constraints import checked_labels, displaced, rows_of_nodes
+from .deck import Deck, deck_of_points
+from .meshes import file_path, mesh_of, with_midsides
+from .modes import printed_modes
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LabelledMatrix(Shown):
+    """Base of `MatrixJob`: its rows, bodies and mesh, the faces at which bodies match, and modes."""
+
+    K: csr_matrix
+    labels: Integers
+    deck: Deck | Mapping[int, Sequence[float]] | None = None
+    M: csr_matrix | None = None
+
+    def __post_init__(self) -> None:
+        labels = checked_labels(self.labels)
+        if isinstance(self.deck, Mapping):
+            object.__setattr__(self, "deck", deck_of_points(self.deck))
+        if self.deck is not None and not isinstance(self.deck, Deck):
+            raise ModelError(f"deck: {shown(self.deck)}; give the deck of another job, a mapping number of a node -> its coordinates, or None")
+        object.__setattr__(self, "labels", labels)
+        for name in ("K",) if self.M is None else ("K", "M"):
+            matrix = checked_stiffness(getattr(self, name), name)
+            if matrix.shape[0] != len(labels):
+                raise ModelError(f"{name}: {shown(matrix)}; give a real sparse matrix of the size of the labels, {len(labels)}")
+            object.__setattr__(self, name, csr_matrix((matrix + matrix.T) / 2))
+
+    def _answer(self) -> Mapping[str, object]:
+        others = {"generalised": len(self.generalised)} if len(self.generalised) else {}
+        return {"unknowns": len(self.labels), "directions": self._directions, **others, "sets": sorted(self._known.sets) if self.deck else None}
+
+    @property
+    def _directions(self) -> int:
+        return max(2, int(self.labels[displaced(self.labels), 1].max()))
+
+    @property
+    def _known(self) -> Deck:
+        if not isinstance(self.deck, Deck):
+            raise ModelError("deck: this job has none; read it with deck='NAME.inp' to use its nodes and sets")
+        return self.deck
+
+    @cached_property
+    def points(self) -> Array:
+        """(nodes, d) coordinates of the nodes of the deck; d = 2 for a plane job."""
+        return frozen(self._known.points[:, : self._directions])
+
+    @cached_property
+    def unknowns(self) -> Integers:
+        """(nodes, d) row of K of each node's displacements, -1 where `*BOUNDARY` holds them, -2 where K has none else: they follow others.
+
+        Where the job has no deck that tells held displacements (-1), those that K lacks are -2 too: such a node carries no contact until you say -1.
+
+        Raises
+        ------
+        ModelError
+            The matrix has labels of nodes that are not in the deck.
+        """
+        return rows_of_nodes(self.labels, self._known.numbers, self._known.constraints)[:, : self._directions]
+
+    @property
+    def generalised(self) -> Integers:
+        """(m,) rows of K that are no displacement of a node, which `condense` eliminates: rotations, modal unknowns, scalar points."""
+        return np.flatnonzero(~displaced(self.labels))
+
+    @cached_property
+    def bodies(self) -> Integers:
+        """(nodes,) number of the body that each node belongs to: what K joins is one body. -1 for nodes without a row in K."""
+        _, body = connected_components(node_graph(self.K, self.unknowns, self.generalised), directed=False)
+        present = (self.unknowns >= 0).any(axis=1)
+        body[present] = np.unique(body[present], return_inverse=True)[1]
+        return whole(np.where(present, body, -1))
+
+    @cached_property
+    def mesh(self) -> Mesh:
+        """scikit-fem mesh of the deck through the corners of its elements, nodes in the order of `points`; see `Deck.shaped` for the errors."""
+        return mesh_of(self._known, self._directions)
+
+    @cached_property
+    def _whole(self) -> tuple[Mesh, csr_matrix]:
+        """The mesh with the nodes amid edges, and the (its nodes, nodes of the deck) matrix of its nodes."""
+        return with_midsides(self.mesh, self._known.shaped()[2], self._known.points)
+
+    def _matching(self) -> list[Integers]:
+        return _matching(self.points, self.bodies, self.mesh if self._known.elements or self._directions == 2 else None)
+
+    def nodes(self, where: str | ArrayLike) -> Integers:
+        """Nodes as rows of `points`, each once.
+
+        Parameters
+        ----------
+        where
+            Name of a node set; or the rows themselves, such as `np.flatnonzero(job.points[:, 1] == 0)`.
+
+        Raises
+        ------
+        ModelError
+            The deck names no such set, or it is empty; numbers that are no rows of `points`.
+        """
+        return self._known.nodes(where)
+
+    def modes(self, path: str | Path) -> tuple[Array, Array]:
+        """Natural frequencies (m,), cycles per unit of time, and shapes (m, n) of the modes that CalculiX printed, for `modal_load`.
+
+        The file `NAME.dat` is that of a step of `*FREQUENCY` with `*NODE PRINT` of the displacements U of all nodes. Its deck has the nodes of this
+        job, with the contact glued: by `*TIE`, by equations, or by nodes that the bodies share.
+
+        Raises
+        ------
+        ModelError
+            A file that is missing or holds no modes, or none of a node of the matrix; unknowns that are no displacements.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> job = fo.read_calculix("tests/data/flat")
+        >>> frequencies, shapes = job.modes("tests/data/flat_glued.dat")
+        >>> frequencies.tolist(), shapes.shape
+        ([24757.59, 47452.97], (2, 964))
+        """
+        return printed_modes(file_path("modes", path), self.labels, self.deck if isinstance(self.deck, Deck) else None)
+
+
+def _matching(points: Array, body: Integers, mesh: Mesh | None) -> list[Integers]:
+    """(N, 2) pairs of each connected face at which two bodies have their nodes, and the facets between them, in the same places.
+
+    Parameters
+    ----------
+    points
+        (nodes, d) coordinates.
+    body
+        (nodes,) number of the body that each node belongs to, -1 for none.
+    mesh
+        Its facets; None: nodes alone tell, and what two bodies share is one face.
+
+    Raises
+    ------
+    ModelError
+        A node that lies on several nodes of one other body.
+    """
+    i, j = cKDTree(points).query_pairs(same_point(points), output_type="ndarray").T
+    i, j = np.where(body[i] < body[j], (i, j), (j, i))
+    found: list[Integers] = []
+    for a, b in combinations(np.unique(body[body >= 0]), 2):
+        own = (body[i] == a) & (body[j] == b)
+        one, two = i[own], j[own]
+        for nodes in (one, two):
+            if len(nodes) and (times := np.bincount(nodes)).max() > 1:
+                raise ModelError(f"matching_faces: the node at {place(points[times.argmax()])} lies on several of one other body; merge these nodes")
+        image = np.full(len(points), -1)
+        image[two] = one
+        faces = [np.sort(two)] if mesh is None and len(two) else [] if mesh is None else _faces(mesh, image)
+        found += [np.column_stack([image[nodes], nodes]) for nodes in faces]
+    return found
+
+
+def _faces(mesh: Mesh, image: Integers) -> list[Integers]:
+    """Nodes of each connected face of facets of the outline whose images, where they are no less than 0, are facets of the outline too."""
+    outline = mesh.boundary_facets()
+    nodes = mesh.facets[:, outline]
+    here = (image[nodes] >= 0).all(axis=0)
+    here[here] = places_among(image[nodes[:, here]].T, nodes.T) >= 0
+    if mesh.dim() == 2:
+        return [line for line, _ in lines_along(mesh, outline[here], "matching_faces: the outline")] if here.any() else []
+    ends = nodes[:, here]
+    part = parts_of((np.tile(ends[0], len(ends) - 1), ends[1:].ravel()), len(image))
+    return [np.unique(ends[:, part[ends[0]] == number]) for number in dict.fromkeys(part[ends[0]].tolist())]
