@@ -8,7 +8,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
-from scipy.spatial import cKDTree
 from skfem import Mesh
 
 from ..contact.checks import Array, check_text, finite_number, place, shown
@@ -17,7 +16,7 @@ from ..contact.tolerances import COUNTS, SAME_POINT
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Kinematics, Part, boundary_forces, circumference, values_at
-from .faces import Overlaps, areas_of, course, facet_overlaps, facets_around, mortar_projection, normals_of, sag
+from .faces import Overlaps, areas_of, course, facet_overlaps, facets_around, mortar_projection, sag
 from .given import same_point
 from .ordering import Integers
 
@@ -158,7 +157,7 @@ def joined(contact: Contact, body_1: Body, body_2: Body, kinematics: Kinematics)
     nodes, near = np.unique(one) if kinematics == "space" else course(*sides[0]), same_point(x)
     inward = boundary_forces(body_1.mesh, facets, lambda _, normals: -normals, "space").T[nodes]
     overlaps = facet_overlaps(one, x, two, y)
-    _check_faced(contact, overlaps, x[one], y[two])
+    _check_faced(contact, overlaps, x[one])
     depth = circumference(np.sum(overlaps.phi * x[overlaps.own, 0], axis=1), kinematics)
     P, widths = mortar_projection(replace(overlaps, weights=overlaps.weights * depth), nodes, len(y))
     allowed = near + sag(one, x)[nodes] + np.maximum.reduceat(sag(two, y)[P.indices], P.indptr[:-1])
@@ -193,21 +192,15 @@ def _initial_gap(contact: Contact, points: Array, opening: Array, normals: Array
     return gap
 
 
-def _check_faced(contact: Contact, overlaps: Overlaps, one: Array, two: Array) -> None:
+def _check_faced(contact: Contact, overlaps: Overlaps, one: Array) -> None:
     """Check that facets (m, corners, 3) of body 1 face those of body 2, once, and each with half of its area or more."""
-    normals, middles = normals_of(one), one.mean(axis=1)
+    middles = one.mean(axis=1)
     share = np.bincount(overlaps.facet, overlaps.weights, minlength=len(one)) / np.linalg.norm(areas_of(one), axis=1)
-    nearest = cKDTree(two.mean(axis=1)).query(middles)[1]
-    if not share.any() and np.all(np.sum(normals * normals_of(two)[nearest], axis=1) > 0):
-        raise ModelError(
-            f"contact {contact.name!r}: bodies {contact.body_1!r} and {contact.body_2!r} lie on the same side of it, they overlap, or their "
-            "faces look away from each other; the elements of body 1 and of body 2 belong on opposite sides"
-        )
     if share.min() < _FACED:
         i = int(share.argmin())
         raise ModelError(
-            f"contact {contact.name!r}: part of the face of body {contact.body_1!r}, around {place(middles[i])}, faces nothing of body "
-            f"{contact.body_2!r}; name only the part that touches, or exchange the bodies"
+            f"contact {contact.name!r}: the face of body {contact.body_1!r} around {place(middles[i])} faces nothing of body {contact.body_2!r}; "
+            "name only the part that touches, or exchange the bodies; the elements of body 1 and of body 2 belong on opposite sides"
         )
     if share.max() > 1 + COUNTS:
         i = int(share.argmax())

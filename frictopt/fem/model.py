@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem
-from ..contact.checks import Array, check_name, check_text, checked_loads, choice, finite_array, listed_parts, shown
+from ..contact.checks import Array, check_name, check_text, checked_loads, choice, finite_array, frozen, listed_parts, shown
 from ..contact.parts import compliances, joined, parted
 from ..contact.result import Shown
 from ..contact.units import checked_units
@@ -24,7 +24,7 @@ from .contacts import Contact
 from .elasticity import KINEMATICS, Kinematics
 from .interface import check_course
 from .loads import Expansion
-from .recovery import BodyFields, Recovery, body_fields, warn_of_open_nodes
+from .recovery import BodyFields, Recovery, strain_and_stress, warn_of_open_nodes
 from .rigid import node_graph
 from .viewed import Viewed
 
@@ -215,7 +215,13 @@ class ContactModel(Shown, Viewed):
         if gap is not None:
             warn_of_open_nodes(w, r, float(np.abs(u).max()))
         u = parts.tied @ (R @ u + D @ force)
-        return body_fields(parts, u, expansions, parted(r, d), (v, w), self.units)
+        moved, strain, stress = dict[str, Array](), {}, {}
+        for name, body in parts.bodies.items():
+            first = parts.first_node[name]
+            moved[name] = frozen(u[parts.rows[first : first + body.mesh.p.shape[1]]].T)
+            strain[name], stress[name] = strain_and_stress(body, parts.kinematics, moved[name], [own for own in expansions if own[1].body == name])
+        q, p, v, w = map(frozen, (*parted(r, d), v, w))
+        return BodyFields(moved, stress, strain, q, p, v, w, parts.bodies, self.units, parts.interface.frames, parts.sides)
 
     def _answer(self) -> Mapping[str, object]:
         counts = np.bincount(self._parts.contact, minlength=len(self.contacts)).tolist()

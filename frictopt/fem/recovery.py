@@ -189,26 +189,7 @@ class Recovery:
         return u, np.asarray(self._drive.T @ (self._K @ u - force))
 
 
-def body_fields(
-    parts: Assembly,
-    u: Array,
-    expansions: Sequence[tuple[float, Expansion]],
-    reactions: tuple[Array, Array],
-    motion: tuple[Array, Array],
-    units: str | None,
-) -> BodyFields:
-    """Strains and stresses of displacements (size,), body by body; free expansions have amplitudes, the pairs are q and p, slip and gap."""
-    moved, strain, stress = dict[str, Array](), {}, {}
-    for name, body in parts.bodies.items():
-        own = [(amplitude, part) for amplitude, part in expansions if part.body == name]
-        first = parts.first_node[name]
-        moved[name] = frozen(u[parts.rows[first : first + body.mesh.p.shape[1]]].T)
-        strain[name], stress[name] = _strain_and_stress(body, parts.kinematics, moved[name], own)
-    (q, p), (v, w) = (tuple(map(frozen, pair)) for pair in (reactions, motion))
-    return BodyFields(moved, stress, strain, q, p, v, w, parts.bodies, units, parts.interface.frames, parts.sides)
-
-
-def _strain_and_stress(body: Body, kinematics: Kinematics, u: Array, expansions: Sequence[tuple[float, Expansion]]) -> tuple[Array, Array]:
+def strain_and_stress(body: Body, kinematics: Kinematics, u: Array, expansions: Sequence[tuple[float, Expansion]]) -> tuple[Array, Array]:
     """(components, nodes) nodal strain and stress."""
     basis, d = basis_of(body.mesh), len(u)
     x = np.asarray(basis.global_coordinates())[0]
