@@ -46,7 +46,7 @@ BAD_MODELS = {
     "at (-1, 0.5): the faces do not touch, they are 0.5 apart": {"bodies": {**BOTH, "punch": moved(PUNCH, [0.0, 0.5])}},
     "at (-1, -0.01): the bodies overlap by 0.01": {"bodies": {**BOTH, "punch": moved(PUNCH, [0.0, -0.01])}},
     "around (1.05, 0) faces nothing of body 'block'": {"bodies": {**BOTH, "punch": moved(PUNCH, [0.5, 0.0])}},
-    "of body 'punch' around (-0.95, 0) faces nothing of body 'block'": {"bodies": {**BOTH, "punch": mirrored(PUNCH)}},
+    "of body 'punch' around (-0.75, 0) faces nothing of body 'block'": {"bodies": {**BOTH, "punch": mirrored(PUNCH)}},
     "the elements of body 1 and of body 2 belong on opposite sides": {"bodies": {**BOTH, "block": mirrored(BLOCK)}},
     "boundary 'two sides' is in several pieces, one at": {
         "bodies": {**BOTH, "punch": CORNERED},

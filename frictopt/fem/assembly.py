@@ -12,7 +12,7 @@ from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
 from .bodies import Body, Support
 from .bolts import BoltPreload, Cut, cut_bodies, released
-from .contacts import Contact, Interference, Joint, check_touching, joined
+from .contacts import Contact, Interference, check_touching, joined
 from .corners import shares
 from .elasticity import Kinematics, body_stiffness, values_at
 from .elements import midside_ties
@@ -45,9 +45,8 @@ class Assembly:
         Name of a body -> number of its first node.
     contact, gap, width
         (N,) number of the contact, initial gap, and tributary length (axisymmetric and in space area) of the pairs.
-    names, coarser, missed
-        Name of each contact, mean length of its edges of body 1 over that of the edges of body 2 that face them, and distance by which its facets may
-        miss curved faces over the widest measured gap.
+    names, joints
+        Name of each contact, and how its nodes are joined.
     interface, sides
         The N pairs, of which a corner of several contacts is in so many as move independently; (N, nodes) matrices of the nodes of body 1, and of the
         places of body 2, that they lie at.
@@ -69,7 +68,7 @@ class Assembly:
         self.points = np.concatenate([mesh.p.T for mesh in meshes])
         own = [np.arange(mesh.p.size).reshape(mesh.p.shape).T for mesh in meshes]
         self.rows: Integers = np.concatenate([len(mesh.p) * start + rows for start, mesh, rows in zip(first, meshes, own, strict=False)])
-        joints = self._joints(contacts)
+        self._join(contacts)
         self.free_rows = self.rows.copy()
         if kinematics == "axisymmetric":
             self.free_rows[self.points[:, 0] == 0, 0] = -1
@@ -78,7 +77,7 @@ class Assembly:
             for axis in self.axes("supports", support.body, support.directions):
                 self.free_rows[nodes, axis] = -1
         self.tied = self._tie(contacts, supports)
-        self._pair(contacts, joints)
+        self._pair(contacts)
         self._open(cuts)
 
     @cached_property
@@ -119,20 +118,19 @@ class Assembly:
         """Nodes that a support holds, or a displacement moves."""
         return np.asarray(nodes_of(self.body(argument, part.body), part) + self.first_node[part.body])
 
-    def _joints(self, contacts: Sequence[Contact]) -> list[Joint]:
-        """The joined nodes of each contact; none is forgotten."""
+    def _join(self, contacts: Sequence[Contact]) -> None:
+        """Join the nodes of each contact; none is forgotten."""
         self.names = [str(contact.name) for contact in contacts]
         if again := [name for i, name in enumerate(self.names) if name in self.names[:i]]:
             raise ModelError(f"contacts: two are called {again[0]!r}; give each a name")
-        joints, touched = [], dict[tuple[str, str], list[Integers]]()
+        self.joints, touched = [], dict[tuple[str, str], list[Integers]]()
         for contact in contacts:
             one, two = self.body("contacts", contact.body_1), self.body("contacts", contact.body_2)
-            joints.append(joined(contact, one.through_corners, two.through_corners, self.kinematics))
-            touched.setdefault((contact.body_1, contact.body_2), []).append(joints[-1].nodes)
-            touched.setdefault((contact.body_2, contact.body_1), []).append(joints[-1].projection.indices)
+            joint = joined(contact, one.through_corners, two.through_corners, self.kinematics)
+            self.joints.append(joint)
+            touched.setdefault((contact.body_1, contact.body_2), []).append(joint.nodes)
+            touched.setdefault((contact.body_2, contact.body_1), []).append(joint.projection.indices)
         check_touching(self.bodies, touched)
-        self.coarser, self.missed = [joint.coarser for joint in joints], [joint.missed for joint in joints]
-        return joints
 
     def _tie(self, contacts: Sequence[Contact], supports: Sequence[Support]) -> csr_matrix:
         """Let the midside nodes on contact faces follow; what a support holds stays so."""
@@ -151,16 +149,16 @@ class Assembly:
         self.free_rows[follows[self.rows] > 0] = -2
         return csr_matrix(diags(1 - follows) + csr_matrix((links.data[free], (row, column)), shape=(len(follows),) * 2))
 
-    def _pair(self, contacts: Sequence[Contact], joints: Sequence[Joint]) -> None:
+    def _pair(self, contacts: Sequence[Contact]) -> None:
         """Make the pairs of all contacts, one contact after the other."""
         nodes, places = [], []
-        for contact, joint in zip(contacts, joints, strict=True):
+        for contact, joint in zip(contacts, self.joints, strict=True):
             nodes.append(self.first_node[contact.body_1] + joint.nodes)
             start, P = self.first_node[contact.body_2], joint.projection
             places.append(csr_matrix((P.data, start + P.indices, P.indptr), shape=(len(joint.nodes), len(self.points))))
         ones, projection = np.concatenate(nodes), csr_matrix(vstack(places))
-        number = np.repeat(np.arange(len(joints)), [len(joint.nodes) for joint in joints])
-        normals, widths, gap = (np.concatenate([getattr(joint, name) for joint in joints]) for name in ("normals", "widths", "gap"))
+        number = np.repeat(np.arange(len(contacts)), [len(joint.nodes) for joint in self.joints])
+        normals, widths, gap = (np.concatenate([getattr(joint, name) for joint in self.joints]) for name in ("normals", "widths", "gap"))
         links, near, others = projection.tocoo(), same_point(self.points), np.full(len(ones), -1)
         lie = np.linalg.norm(self.points[links.col] - self.points[ones[links.row]], axis=1) <= near
         others[links.row[lie]] = links.col[lie]

@@ -117,19 +117,19 @@ class ContactModel(Shown, Viewed):
         }.items():
             object.__setattr__(self, name, value)
         _ = self._cases
-        for contact, coarser, missed in zip(contacts, self._parts.coarser, self._parts.missed, strict=True):
+        for contact, joint in zip(contacts, self._parts.joints, strict=True):
             bodies = [self.bodies[name] for name in (contact.body_1, contact.body_2)]
             E, sizes = [body.material.E for body in bodies], [float(np.ptp(body.mesh.p, axis=1).max()) for body in bodies]
             for what, (a, b), most, units in (("E", E, _UNITS_APART, "Pa or MPa"), ("size", sizes, _SIZES_APART, "mm or m")):
                 if max(a, b) >= most * min(a, b):
                     _warn(f"bodies: {what} = {a:g} of {contact.body_1!r} and {b:g} of {contact.body_2!r}; are both in the same unit ({units})?")
-            if coarser > _COARSE:
+            if joint.coarser > _COARSE:
                 _warn(
-                    f"contacts: {contact.name!r}: the edges of body {contact.body_1!r} are {coarser:.1f} times as long as those of body "
+                    f"contacts: {contact.name!r}: the edges of body {contact.body_1!r} are {joint.coarser:.1f} times as long as those of body "
                     f"{contact.body_2!r}; the nodes of body 1 are those of the contact: exchange the bodies, or mesh it finer"
                 )
-            if missed > _MISSED:
-                _warn(f"contacts: {contact.name!r}: its facets may miss curved faces by {missed:.2g} of the widest measured gap; mesh them finer")
+            if joint.missed > _MISSED:
+                _warn(f"contacts: {contact.name!r}: its facets may miss curved faces by {joint.missed:.2g} of the widest measured gap; mesh finer")
 
     def condense(self) -> ContactSystem:
         """Condense the glued bodies to the relative motion of the contacts, see `frictopt.condense`.

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import LinAlgError, blas, lapack
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, triu
 
 from ..contact.checks import Array
 from ..contact.tolerances import ROUNDING
@@ -44,7 +44,7 @@ class Elimination:
         fronts = int(front.max(initial=-1)) + 1
         front = np.where(front < 0, fronts, front)
         order = np.argsort(front, kind="stable")
-        upper = _upper(K, order)
+        upper = triu(K[order][:, order], format="csr")
         front, least = front[order], _NO_STIFFNESS * np.abs(K.diagonal()[order])
         starts = np.r_[np.searchsorted(front, np.arange(fronts + 1)), len(order)]
         place = np.zeros(len(order), dtype=np.intp)
@@ -76,15 +76,6 @@ class Elimination:
         for own, rest, factor, below in reversed(self._factors):
             u[own] = blas.dtrsv(factor, u[own] - u[rest] @ below, lower=1, trans=1)
         return u
-
-
-def _upper(K: csr_matrix, order: Integers) -> csr_matrix:
-    """Upper triangle of a matrix whose unknowns are put in order."""
-    rank = np.empty(len(order), dtype=K.indices.dtype)
-    rank[order] = np.arange(len(order))
-    row, column = np.repeat(rank, np.diff(K.indptr)), rank[K.indices]
-    upper = row <= column
-    return csr_matrix((K.data[upper], (row[upper], column[upper])), shape=K.shape)
 
 
 def _assembled(upper: csr_matrix, first: int, last: int, left: list[tuple[Integers, Array]], place: Integers) -> tuple[Integers, Array, Array, Array]:
