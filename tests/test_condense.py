@@ -9,8 +9,7 @@ from skfem import MeshQuad, MeshTri
 
 import frictopt as fo
 from frictopt.fem.elasticity import Material, body_stiffness
-from frictopt.fem.ordering import nested_dissection
-from frictopt.fem.schur import Elimination
+from frictopt.fem.schur import Elimination, nested_dissection
 
 
 @st.composite

@@ -148,13 +148,10 @@ def joined(contact: Contact, body_1: Body, body_2: Body, kinematics: Kinematics)
         A face that is unknown, one of body 1 in the plane in pieces; faces that do not face each other, do not touch or overlap, a face of body 1
         that reaches beyond that of body 2, a gap that is negative.
     """
-    sides = (
-        (body_1, contact.boundary_1, f"contact {contact.name!r}, body {contact.body_1!r}"),
-        (body_2, contact.boundary_2, f"contact {contact.name!r}, body {contact.body_2!r}"),
-    )
-    facets, others = (body.boundary(name, argument) for body, name, argument in sides)
+    start, other = (f"contact {contact.name!r}, body {name!r}" for name in (contact.body_1, contact.body_2))
+    facets, others = body_1.boundary(contact.boundary_1, start), body_2.boundary(contact.boundary_2, other)
     one, two, x, y = facets_around(body_1.mesh, facets), facets_around(body_2.mesh, others), body_1.mesh.p.T, body_2.mesh.p.T
-    nodes, near = np.unique(one) if kinematics == "space" else course(*sides[0]), same_point(x)
+    nodes, near = np.unique(one) if kinematics == "space" else course(body_1, contact.boundary_1, start), same_point(x)
     inward = boundary_forces(body_1.mesh, facets, lambda _, normals: -normals, "space").T[nodes]
     overlaps = facet_overlaps(one, x, two, y)
     _check_faced(contact, overlaps, x[one])

@@ -153,12 +153,11 @@ def values_at(name: str, amount: Amount, points: Array) -> Array:
     if not callable(amount):
         return np.full(shape, float(amount))
     try:
-        values = real_array(name, amount(*points))
-    except ModelError:
-        raise
+        given = amount(*points)
     except Exception as error:  # whatever a function of the user's raises
         axes = "two arrays, x and y" if len(points) == 2 else "three arrays, x, y and z"
         raise ModelError(f"{name}: the function raised {type(error).__name__}: {error}; it gets {axes}") from error
+    values = real_array(name, given)
     if values.shape not in ((), shape):
         raise ModelError(f"{name}: the function gave shape {values.shape} at points of shape {shape}; give one value for each point")
     if not np.isfinite(values).all():

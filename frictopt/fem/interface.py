@@ -228,9 +228,8 @@ def check_sides(K: csr_matrix, unknowns: Integers, graph: csr_matrix, interface:
     """
     shifts, listed = np.zeros((K.shape[0], points.shape[1])), unknowns >= 0
     shifts[unknowns[listed], np.nonzero(listed)[1]] = 1.0
-    pulled = (np.abs(K @ shifts) > _ASIDE * np.abs(K.diagonal())[:, None])[unknowns] & listed[
-        ..., None
-    ]  # of node and row, in the shift along each axis
+    # of node and row, in the shift along each axis
+    pulled = (np.abs(K @ shifts) > _ASIDE * np.abs(K.diagonal())[:, None])[unknowns] & listed[..., None]
     _, body = connected_components(graph, directed=False)
     size, joined = np.bincount(body), np.bincount(body, np.diff(graph.indptr))
     telling = ((size <= _ONE) | (joined < _ALL * size**2))[body] & ~pulled.any(axis=1).all(axis=1)

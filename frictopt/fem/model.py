@@ -24,9 +24,8 @@ from .contacts import Contact
 from .elasticity import KINEMATICS, Kinematics
 from .interface import check_course
 from .loads import Expansion
-from .recovery import BodyFields, Recovery, strain_and_stress, warn_of_open_nodes
+from .recovery import BodyFields, Recovery, Viewed, strain_and_stress, warn_of_open_nodes
 from .rigid import node_graph
-from .viewed import Viewed
 
 _UNITS_APART = 2e5  # Pa and MPa differ by 1e6, rubber and steel by up to 1e5
 _SIZES_APART = 500.0  # mm and m differ by 1000, a pad and a half-plane by some hundred

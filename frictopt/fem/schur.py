@@ -1,6 +1,6 @@
-"""Elimination of all but the last unknowns of a sparse stiffness, front after front."""
+"""Elimination of all but the last unknowns of a sparse stiffness, front after front, and the fronts, by nested dissection on coordinates."""
 
-from itertools import pairwise
+from itertools import count, pairwise
 
 import numpy as np
 from scipy.linalg import LinAlgError, blas, lapack
@@ -10,8 +10,53 @@ from ..contact.checks import Array
 from ..contact.tolerances import ROUNDING
 from .ordering import Integers
 
+_LEAF = 64  # parts of at most this many nodes are not cut further
+_FAR, _NEAR, _SEPARATOR = 0, 1, 2  # sides of a cut
 _NO_STIFFNESS = ROUNDING / 10  # stiffness of an unknown, over its own, up to which nothing is left of it when others are eliminated
 _COLUMNS = 128  # of what an elimination leaves: so many are added to the next front at once
+
+
+def nested_dissection(graph: csr_matrix, points: Array) -> Integers:
+    """Divide the nodes of a mesh into fronts, so that the elimination of one front after the other makes little fill (George 1973).
+
+    Every part is cut in two at the median of one coordinate, the one whose cut crosses fewest edges; the nodes on the near side of a
+    crossed edge separate the halves and are a front, eliminated after both. Parts that are not cut further are fronts.
+
+    Parameters
+    ----------
+    graph
+        (n, n) matrix whose pattern is the adjacency of the nodes.
+    points
+        (d, n) coordinates, d = 2 or 3.
+
+    Returns
+    -------
+    (n,) integers
+        The number of the front of each node, in the order of elimination.
+    """
+    pattern, front, side = graph.tocoo(), np.zeros(graph.shape[0], dtype=np.intp), np.zeros(graph.shape[0], dtype=np.int8)
+    once, numbers = pattern.row < pattern.col, count()
+
+    def divide(nodes: Integers, edges: Integers) -> None:
+        """Number the fronts of a part, which has its edges, after those that are numbered."""
+        cuts, middle = [], (len(nodes) - 1) // 2
+        for x in points if len(nodes) > _LEAF else ():
+            near = x[nodes] <= np.partition(x[nodes], middle)[middle]
+            side[nodes] = near
+            if not near.all():
+                cuts.append((np.count_nonzero(side[edges[0]] != side[edges[1]]), near))
+        if cuts:
+            side[nodes] = min(cuts, key=lambda cut: cut[0])[1]
+            ends = edges[:, side[edges[0]] != side[edges[1]]]
+            side[ends[side[ends] == _NEAR]] = _SEPARATOR
+            own, joined = side[nodes], side[edges]
+            for half in (_NEAR, _FAR):
+                divide(nodes[own == half], edges[:, (joined == half).all(axis=0)])
+            nodes = nodes[own == _SEPARATOR]
+        front[nodes] = next(numbers)
+
+    divide(np.arange(graph.shape[0]), np.array([pattern.row[once], pattern.col[once]]))
+    return np.asarray(np.unique(front, return_inverse=True)[1])
 
 
 class Elimination:

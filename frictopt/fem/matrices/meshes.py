@@ -89,7 +89,11 @@ def mesh_of(deck: Deck, directions: int) -> Mesh:
             f"deck: z varies by {z:g}, and there are no solids; give a mesh in the plane z = 0, or put the volumes of the bodies into groups (gmsh: "
             "physical groups; it saves only what is in one)"
         )
-    return _of_scikit_fem(nodes, shape, deck.points)
+    linear = shape.rstrip("0123456789")
+    whole = meshio_library().Mesh(deck.points, [(linear, nodes[:, : (PLANE | SOLID)[linear]])])
+    from skfem.io.meshio import from_meshio  # here, for it imports meshio
+
+    return from_meshio(whole, force_meshio_type=linear)
 
 
 def with_midsides(mesh: Mesh, elements: Integers, points: Array) -> tuple[Mesh, csr_matrix]:
@@ -138,9 +142,8 @@ def _named(mesh: Mesh, deck: Deck, what: str) -> Mesh:
     """The mesh with the sets of its deck as boundaries and subdomains."""
     facets, (shape, numbers, elements) = mesh.boundary_facets(), deck.shaped()
     subdomains = {name: own for name, members in deck.element_sets.items() if len(own := np.flatnonzero(np.isin(numbers, members)))}
-    bodies = {
-        name for name, own in subdomains.items() if name in deck.sets and np.isin(elements[own], deck.sets[name]).all()
-    }  # sets of all their nodes
+    # whose node sets have all their nodes, and name no outline
+    bodies = {name for name, own in subdomains.items() if name in deck.sets and np.isin(elements[own], deck.sets[name]).all()}
     outlines = {name: facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)] for name, nodes in deck.sets.items() if name not in bodies}
     faces = {name: [nodes[np.isin(own, members)] for own, nodes in deck.faces] for name, members in deck.element_sets.items()}
     corners = next(found for kind, found in _CORNERS.items() if shape.startswith(kind))
@@ -156,11 +159,9 @@ def _faces(mesh: Mesh, faces: Mapping[str, Sequence[Integers]], what: str) -> di
     """Facets of a mesh by their nodes, (m, k) in each of some blocks; each is a facet of an element."""
     found, k = {}, len(mesh.facets)
     for name, blocks in faces.items():
-        nodes = np.unique(
-            np.sort(np.concatenate([np.zeros((0, k), dtype=int), *(own[:, :k] for own in blocks if own.shape[1] >= k)]), axis=1), axis=0
-        )
+        nodes = np.concatenate([np.zeros((0, k), dtype=int), *(own[:, :k] for own in blocks if own.shape[1] >= k)])
         places = places_among(nodes, mesh.facets.T)
-        found[name] = np.sort(places)
+        found[name] = np.unique(places)
         if (lost := np.count_nonzero(places < 0)) or not len(nodes):
             raise ModelError(f"mesh {what}: boundary {name!r}: {lost} of its {len(nodes)} faces belong to no element; {_GROUPS}")
     return found
@@ -191,15 +192,6 @@ def _deck_of(file: Path) -> Deck:
         if dim == max(block.dim for block in found.cells) - 1 and not len(groups[name]):
             raise ModelError(f"mesh {file.name}: boundary {name!r}: it names no faces; {_GROUPS}")
     return Deck(np.arange(len(points)), points, {}, elements, groups, (), Constraints(np.zeros((len(points), 6), dtype=bool)))
-
-
-def _of_scikit_fem(elements: Integers, shape: str, points: Array) -> Mesh:
-    """The mesh of scikit-fem through the corners of some elements."""
-    from skfem.io.meshio import from_meshio  # here, for it imports meshio
-
-    linear = shape.rstrip("0123456789")
-    corners = elements[:, : (PLANE | SOLID)[linear]]
-    return from_meshio(meshio_library().Mesh(points, [(linear, corners)]), force_meshio_type=linear)
 
 
 def meshio_library() -> Any:
