@@ -59,6 +59,17 @@ def test_a_slow_affine_map_is_extrapolated():
     assert outcome is Outcome.CYCLIC_SLIP and limit == pytest.approx(3.0, abs=1e-9) and run.cycles < 12
 
 
+def test_cycles_lead_to_their_limit_where_no_state_stands_beside_it():
+    """Then nothing shows that the map is affine."""
+
+    class Alone(Mapped):
+        def at(self, place):
+            return super().at(place) if abs(place[0] - 3.0) < 1e-12 else None
+
+    outcome, limit, run = settled(Alone(lambda x: 3.0 + 0.7 * (x - 3.0), 10.0), 100)
+    assert outcome is Outcome.CYCLIC_SLIP and limit == pytest.approx(3.0, abs=1e-8) and not run.extrapolated
+
+
 def test_the_limit_of_other_events_is_not_that_of_the_cycles():
     """Far out the map leads to 0, where it has a fixed point; but on the way there it bends, and cycles end at 0.6."""
 

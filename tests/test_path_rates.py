@@ -10,6 +10,7 @@ from numba import njit
 
 import frictopt as fo
 from frictopt.transients.exact import kernel as act
+from frictopt.transients.exact import path
 from frictopt.transients.exact.rate import RateProblem, _lemke, find_rates, rate_problem
 from paths import followed
 from systems import random_system
@@ -94,6 +95,12 @@ def test_rates_that_may_not_be_the_only_ones_are_never_called_so(pairs):
     problem = RateProblem(-np.eye(pairs), np.ones(pairs), np.arange(pairs), np.ones(pairs, dtype=int), np.eye(pairs, pairs + 1), [], False, False)
     solutions = find_rates(problem, np.zeros(pairs, dtype=int))
     assert len(solutions.found) == 2 or not solutions.complete
+
+
+def test_statuses_that_change_without_end_are_an_error(punch, paper_cycle, monkeypatch):
+    monkeypatch.setattr(path, "follow", lambda *_: (act.STALLED, 0.25))
+    with pytest.raises(fo.NoContinuation, match=r"at 0.25 of it the statuses change without end"):
+        fo.steady_state(punch(16), paper_cycle, 0.5, 1.0)
 
 
 def test_events_without_proof_are_counted(punch, paper_cycle):
