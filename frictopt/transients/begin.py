@@ -198,7 +198,8 @@ class Transient(ABC):
 
     def start(self, overload: float | None = None) -> Self:
         """Follow the transient to the mean load, or from an earlier state to the end of its cycle; then through a cycle at another load factor."""
-        self.follow(self.begun)
+        for leg in self.begun:
+            self.follow_to(*leg)
         if overload is not None:
             corners = self._unscaled + overload * self._cyclic
             self.check_near("overload", corners)

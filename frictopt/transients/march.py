@@ -16,7 +16,7 @@ from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError, NoContinuation, SolverError
 from .begin import OPEN
 from .exact import ExactPath
-from .stepped import ENGINES, SteppedPath, apart, doubts
+from .stepped import ENGINES, SteppedPath, doubts
 from .trajectory import Trajectory
 
 
@@ -109,7 +109,12 @@ def march(
             coarse = [SteppedPath("newton", count, *asked) for count in path.coarser]  # the quickest way
             bonded, u, r, status, work, _ = followed(path)
             at_stops = u[:: path.steps, : -path.nodes]
-            error = max(apart(coarse, lambda other: float(np.abs(at_stops - followed(other)[1][:: other.steps, : -other.nodes]).max())))
+            error = 0.0 if coarse else np.inf
+            for other in coarse:
+                try:
+                    error = max(error, float(np.abs(at_stops - followed(other)[1][:: other.steps, : -other.nodes]).max()))
+                except (NoContinuation, SolverError):
+                    error = np.inf
         *lost, bound = doubts(path.friction, u, r)
         ways = [float((one / np.where(bound > 0, bound, np.inf)).sum(axis=0).max()) for one in lost]
         error = max(error, float(np.sqrt(np.prod(ways)))) / path.length  # and the slip that may be missed within the increments

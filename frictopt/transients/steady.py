@@ -13,12 +13,12 @@ from ..contact.parts import parted
 from ..contact.progress import bar_of
 from ..contact.result import SolveRecord
 from ..contact.tolerances import RESIDUAL, ROUNDING
-from ..errors import SolverError
+from ..errors import NoContinuation, SolverError
 from .cycles import Run, Settled
 from .judge import returns_after
 from .march import path_of
 from .outcome import SteadyState
-from .stepped import SteppedPath, apart, doubts
+from .stepped import SteppedPath, doubts
 
 MOST_CYCLES = 2000
 """Number of cycles after which the search for a steady state gives up, unless another one is asked for."""
@@ -105,14 +105,14 @@ def steady_state(
         found = first.settled()
         if not path.steps:
             return reported(first, found, 0.0)
-        work = float(found.cycle.work.sum()) / first.period
-
-        def distance(path: SteppedPath) -> float:
-            run = Run(path.start(extra), most_cycles, bar.update)
-            other = float(run.settled().cycle.work.sum()) / run.period
-            return abs(work - other) / (work or other or 1.0)
-
-        errors = apart((SteppedPath("newton", count, *asked) for count in path.coarser), distance)
+        work, errors = float(found.cycle.work.sum()) / first.period, [] if path.coarser else [np.inf]
+        for count in path.coarser:
+            try:
+                run = Run(SteppedPath("newton", count, *asked).start(extra), most_cycles, bar.update)
+                other = float(run.settled().cycle.work.sum()) / run.period
+                errors.append(abs(work - other) / (work or other or 1.0))
+            except (NoContinuation, SolverError):
+                errors.append(np.inf)
         cycles, begun = found.cycle, found.cycle.previous
         if work > 0 and begun is not None:
             u, r = np.concatenate([begun[:1], cycles.u]), np.concatenate([cycles.r[-1:], cycles.r])  # the reactions come back

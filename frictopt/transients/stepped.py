@@ -1,6 +1,5 @@
 """A transient from increment to increment."""
 
-from collections.abc import Callable, Iterable
 from copy import copy
 from types import MappingProxyType
 from typing import Any, NamedTuple, Self
@@ -99,7 +98,8 @@ class SteppedPath(Transient):
     def cycle_on(self, count: int) -> Cycle:
         """Follow so many load cycles, from increment to increment."""
         begin = self.state
-        bonded, u, r, status, work, way = (np.array(values) for values in zip(*self.follow(self.legs * count), strict=True))
+        points = [point for leg in self.legs * count for point in self.follow_to(*leg)]
+        bonded, u, r, status, work, way = (np.array(values) for values in zip(*points, strict=True))
         before, after = begin.u[: -self.nodes] / self.unit, u[-1, : -self.nodes] / self.unit
         return Cycle(
             before,
@@ -126,17 +126,6 @@ class SteppedPath(Transient):
             return None
         elsewhere.steps = self.steps
         return elsewhere
-
-
-def apart(paths: Iterable[SteppedPath], distance: Callable[[SteppedPath], float]) -> list[float]:
-    """Distances of fewer increments, inf where these have no answer, or there are none."""
-    found = list[float]()
-    for path in paths:
-        try:
-            found.append(distance(path))
-        except (NoContinuation, SolverError):
-            found.append(np.inf)
-    return found or [np.inf]
 
 
 def doubts(friction: Array, u: Array, r: Array) -> tuple[Array, Array, Array]:
