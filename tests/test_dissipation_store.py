@@ -3,7 +3,10 @@
 import os
 import resource
 import sqlite3
+import subprocess
+import sys
 import threading
+import warnings
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -18,6 +21,17 @@ from systems import CYCLE, random_system
 
 CONTACT = random_system(np.random.default_rng(3), 3)
 FACTORS = np.linspace(0.1, 2.0, 20)
+DRIVER = """
+import sys
+import test_dissipation_store as tests
+write = tests.Store.write
+def told(*run):
+    write(*run)
+    print(flush=True)
+    sys.stdin.readline()
+tests.Store.write = told
+tests.study(store=sys.argv[1])
+"""
 
 
 def study(**options):
@@ -162,6 +176,46 @@ def test_a_row_that_was_changed_is_not_believed_and_its_run_repeated(file, undis
     with pytest.warns(DamagedRows):
         same(study(store=file), undisturbed)
     assert len(followed) == 1 and len(fo.results.read_store(file)) == len(FACTORS)
+
+
+def test_a_killed_process_loses_no_finished_run(tmp_path, undisturbed, followed):
+    """Each process goes on where the last one was killed, and is killed itself after some more runs."""
+    path = {"PYTHONPATH": os.pathsep.join([str(Path(fo.__file__).parents[1]), str(Path(__file__).parent)])}
+    for done in (1, 8):
+        with subprocess.Popen(
+            [sys.executable, "-c", DRIVER, tmp_path / "runs"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=os.environ | path
+        ) as driver:
+            for _ in range(done):
+                assert driver.stdout.readline() == "\n"
+                print(file=driver.stdin, flush=True)
+            assert driver.stdout.readline() == "\n"
+            driver.kill()
+    assert len(fo.results.read_store(tmp_path / "runs")) == 2 + 9
+    same(study(store=tmp_path / "runs"), undisturbed)
+    assert len(followed) == len(FACTORS) - 11
+
+
+@pytest.mark.slow
+def test_every_damaged_file_is_an_error_or_a_warning_but_never_another_table(file, tmp_path, undisturbed):
+    """Bits flipped and ends cut off at random places."""
+    content, rng = file.read_bytes(), np.random.default_rng(0)
+    harmed, told = tmp_path / "harmed.sqlite", 0
+    for number in range(60):
+        place = int(rng.integers(len(content)))
+        harm = bytearray(content)
+        harm[place] ^= 1 << int(rng.integers(8))
+        harmed.write_bytes(content[:place] if number % 5 == 0 and place else bytes(harm))
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", DamagedRows)
+                same(study(store=harmed), undisturbed)
+                assert len(fo.results.read_store(harmed)) >= len(FACTORS)
+        except fo.StoreError as error:
+            told += 1
+            assert "harmed.sqlite" in str(error)
+        for left in tmp_path.glob("harmed*"):
+            left.unlink()
+    assert told > 4
 
 
 def test_a_full_disk_is_a_clear_error_and_what_is_done_is_kept(tmp_path, undisturbed, followed, monkeypatch):
