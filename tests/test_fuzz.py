@@ -85,6 +85,10 @@ def test_slip_that_seems_to_repeat_and_stops_while_its_work_is_made_sure():
     assert [finding.result for finding in space_findings(1022000064, ["found range, 3-D"])] == ["answer"]
 
 
+def test_what_clarabel_leaves_open_on_rows_as_they_stand_it_answers_on_scaled_ones():
+    assert [finding.result for finding in space_findings(50083, ["limit, plane in 3-D"])] == ["answer"]
+
+
 def test_just_above_a_guarantee_of_none_is_a_finite_load_where_no_load_ends_safe_slip():
     case = random_case(54)
     check = fo.guaranteed_limit(case.system, case.cycle, case.friction).verify(starts=0)

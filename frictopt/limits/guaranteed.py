@@ -40,7 +40,7 @@ class GuaranteedModel(SafeModel):
         Leave out what cannot change the answer: nodes whose lower bound is above the least load factor found, and mirror images. An uncoupled contact
         has lambda_1 = lambda_2 by a theorem, and needs no program.
     solver
-        One of "HIGHS", "CLARABEL", "HIGHS_IPM" (in space "CLARABEL", "INTERIOR_POINT", which for large contacts comes first);
+        One of "HIGHS", "CLARABEL", "HIGHS_IPM" (in space "CLARABEL_DIRECT", "CLARABEL", "INTERIOR_POINT", which for large contacts comes first);
         by default each in this order until an answer passes.
 
     Raises

@@ -65,7 +65,7 @@ class ShakedownModel(SafeModel):
         Leave out what cannot change the answer: the linear program of an uncoupled plane contact; the images of nodes of a contact that one or two
         planes mirror, loads too; in space corners within the hull of the others. Corners that rule no node never have rows in the plane.
     solver
-        One of "HIGHS", "CLARABEL", "HIGHS_IPM" (in space "CLARABEL", "INTERIOR_POINT", which for large contacts comes first);
+        One of "HIGHS", "CLARABEL", "HIGHS_IPM" (in space "CLARABEL_DIRECT", "CLARABEL", "INTERIOR_POINT", which for large contacts comes first);
         by default each in this order until an answer passes.
         Asking for a solver asks for the linear program even where there is a closed form.
 

@@ -21,13 +21,13 @@ _HIGHS = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1
 # tighter than these, and crashes on infeasible ones without presolve: hence two tolerances, and presolve always.
 _HIGHS_MIP = {"mip_feasibility_tolerance": 1e-8, "primal_feasibility_tolerance": 1e-8, "mip_rel_gap": 0.0, "mip_abs_gap": 0.5, "time_limit": 600.0}
 _LOOSE = {"mip_feasibility_tolerance": 1e-6, "primal_feasibility_tolerance": 1e-7}
-# Rows are in units of their nodes already: scaled once more, Clarabel ends less exactly on condensed contacts, which would then need the polish.
-_CLARABEL = {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10, "max_iter": 200, "time_limit": 600.0}
+_CLARABEL = {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10, "max_iter": 200, "max_threads": 1, "time_limit": 600.0}
 _OPTIONS: MappingProxyType[str, Mapping[str, object]] = MappingProxyType(
     {
         "HIGHS": {"highs_options": {"solver": "simplex", "simplex_strategy": 4, "presolve": "off", **_HIGHS}},
         "HIGHS_IPM": {"highs_options": {"solver": "ipm", "ipm_iteration_limit": 200, **_HIGHS}},  # else it may go on for minutes
-        "CLARABEL": {"equilibrate_enable": False, "max_threads": 1, **_CLARABEL},
+        "CLARABEL": _CLARABEL,
+        "CLARABEL_DIRECT": {**_CLARABEL, "equilibrate_enable": False},  # ends more exactly on condensed contacts: fewer need the polish
         "INTERIOR_POINT": {"canon_backend": "SCIPY"},  # compiles the dense block faster than cvxpy's own one
         "HIGHS_MIP": {"highs_options": _HIGHS_MIP},
         "HIGHS_MIP_LOOSE": {"highs_options": {**_HIGHS_MIP, **_LOOSE}},
@@ -35,9 +35,9 @@ _OPTIONS: MappingProxyType[str, Mapping[str, object]] = MappingProxyType(
 )
 LP_SOLVERS = ("HIGHS", "CLARABEL", "HIGHS_IPM")
 """Solvers of the linear programs, in the order in which they are tried."""
-SOCP_SOLVERS = ("CLARABEL", "INTERIOR_POINT")
-"""Solvers of cone programs, convex quadratic ones among them, in the order in which they are tried."""
-LARGE_SOCP_SOLVERS = ("INTERIOR_POINT", "CLARABEL")
+SOCP_SOLVERS = ("CLARABEL_DIRECT", "CLARABEL", "INTERIOR_POINT")
+"""Solvers of cone programs, convex quadratic ones among them, in the order in which they are tried: the first one takes the rows as they stand."""
+LARGE_SOCP_SOLVERS = ("INTERIOR_POINT", "CLARABEL_DIRECT", "CLARABEL")
 """The same for large ones with a linear objective."""
 MILP_SOLVERS = ("HIGHS_MIP", "HIGHS_MIP_LOOSE")
 """Solvers of the mixed-integer programs (whose objectives count, so that a gap of 0.5 is none), in the order in which they are tried."""

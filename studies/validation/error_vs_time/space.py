@@ -69,7 +69,7 @@ def _limit(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
     system, friction = space[0], parameters.friction
     exact, ask = exact_limit(scene.system, friction), partial(fo.shakedown_limit, system, LOADS, friction)
     error = relative(exact, lambda limit: limit.load_factor)
-    methods = [Method("frictopt", "solver", solver, partial(ask, solver=solver), error) for solver in ("CLARABEL", "INTERIOR_POINT")]
+    methods = [Method("frictopt", "solver", solver, partial(ask, solver=solver), error) for solver in ("CLARABEL", "CLARABEL_DIRECT")]
     found = ask()
     problem: Any = found.problem
     unit, data = found.load_factor / problem.value, problem.get_problem_data("CLARABEL")[0]
