@@ -36,6 +36,19 @@ def test_the_element_of_jenkins():
     assert np.array_equal(curve.least_damping, curve.damping) and np.array_equal(curve.most_frequency, curve.frequency)
 
 
+def test_damping_below_the_guaranteed_limit_where_a_node_opens_and_closes():
+    """The closed contact rests there from every start, but a node that is open under the mean load closes in each cycle: random starts tell."""
+    loads = {"P": ([0.2, -0.2], [1.2, 0.1]), "Q": ([-0.5, 1.3], [0.7, 0.2])}
+    A, B, C = [[2.3, -0.4], [-0.4, 1.4]], [[-0.2, 0.8], [0.5, -0.2]], [[4.3, 0.0], [0.0, 2.6]]
+    pair = fo.ContactSystem.from_blocks(A, B, C, [0.0, 1.0], loads, gap=[0.0, 0.1], compliance=2 * np.eye(2))
+    cycle, friction, starts = opposed("Q", {"P": 1.0}), [0.5, 0.4], 3.0 * np.random.default_rng(1).normal(size=(20, 2))
+    curve = fo.damping_curve(pair, cycle, friction, [0.7])
+    seen = [fo.steady_state(pair, cycle, friction, 0.7, initial_slip=start).loop("Q") for start in starts]
+    damping = [loop.area / (np.pi * 0.7 * np.ptp(loop.displacement)) for loop in seen]
+    assert 0.7 < 0.9 * curve.guaranteed_limit and curve.damping[0] < 0.5 * max(damping)
+    assert curve.least_damping[0] <= min(damping) + 1e-12 and curve.most_damping[0] >= max(damping) * (1 - 1e-9)
+
+
 def oscillator():
     """Three masses in the plane, two wedge faces of 40 degrees with springs (Balaji and Ferhatoglu): the contact, frequency of its third mode."""
     k, kxy, kD, kt, kn = 1e5, 3e5, 1e6, 3e5, 3e5

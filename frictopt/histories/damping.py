@@ -16,6 +16,7 @@ from ..contact.system import checked_system, reactions
 from ..contact.tolerances import ROUNDING
 from ..errors import ModelError, NoContinuation
 from ..limits import guaranteed_limit, shakedown_limit
+from ..limits.guaranteed_result import lifts
 from ..transients import SteadyState, steady_state
 from .dissipation_range import dissipation_range
 
@@ -48,7 +49,7 @@ class DampingCurve(Shown, Plotted):
     natural_frequency
         Frequency of the glued contact, at amplitude zero.
     guaranteed_limit, shakedown_limit
-        Load factors below which the damping is zero from every start, and above which it is from none.
+        Load factors below which the damping is zero from every start, and above which it is from none, while nodes stay closed.
     residual
         Largest residual of the steady states. At most 1e-9.
 
@@ -120,7 +121,8 @@ def damping_curve(
     natural_frequency
         Frequency of the glued contact, in cycles per unit of time, if the load is that of a mass-normalised mode. None: the compliance has it.
     range
-        Whether to search the residual slips for the least and the most damping. It is zero up to the guaranteed limit, which is not searched.
+        Whether to search the residual slips for the least and the most damping. Up to the guaranteed limit it is zero, and there is no search, unless
+        nodes lift off.
         In space it takes hundreds of transients in increments for each load factor.
     steps
         Number of increments from corner to corner. None: the exact path in the plane, 20 in space.
@@ -151,11 +153,12 @@ def damping_curve(
         raise ModelError(f"load_factors: {factors.tolist()}; give load factors that rise, the first one above 0")
     system, compliance = _with_compliance(system, direction, natural_frequency)
     safe = shakedown_limit(system, cycle, f).load_factor
-    guaranteed = guaranteed_limit(system, cycle, f).load_factor
+    guaranteed = guaranteed_limit(system, cycle, f)
     rows, spans, residuals = [], [], []
     for factor in factors:
         states = [steady_state(system, cycle, f, factor, steps=steps, progress=False)]
-        if searched and not factor <= guaranteed:
+        at_rest = factor <= guaranteed.load_factor and (guaranteed.proven or not lifts(guaranteed.shakedown, factor))
+        if searched and not at_rest:
             found = dissipation_range(system, cycle, f, factor, steps=steps)
             residuals.append(found.residual)
             states += [state for state in found.steady_states if state.outcome is not Outcome.RATCHETING]
@@ -172,7 +175,7 @@ def damping_curve(
         **{name: frozen(column) for name, column in zip((*_COLUMNS, *_RANGE), (*columns, *np.transpose(spans)), strict=True)},
         exponent=frozen(np.gradient(logs, np.log(factors)) if len(factors) > 1 else [np.nan]),
         natural_frequency=float(_frequency(1.0, compliance)),
-        guaranteed_limit=guaranteed,
+        guaranteed_limit=guaranteed.load_factor,
         shakedown_limit=safe,
         residual=max(residuals),
     )
