@@ -16,7 +16,6 @@ from ..contact.system import checked_system, reactions
 from ..contact.tolerances import ROUNDING
 from ..errors import ModelError, NoContinuation
 from ..limits import guaranteed_limit, shakedown_limit
-from ..limits.guaranteed_result import lifts
 from ..transients import SteadyState, steady_state
 from .dissipation_range import dissipation_range
 
@@ -121,8 +120,8 @@ def damping_curve(
     natural_frequency
         Frequency of the glued contact, in cycles per unit of time, if the load is that of a mass-normalised mode. None: the compliance has it.
     range
-        Whether to search the residual slips for the least and the most damping. Up to the guaranteed limit it is zero, and there is no search, unless
-        nodes lift off.
+        Whether to search the residual slips for the least and the most damping. Up to a guaranteed limit that is proven it is zero, and there is no
+        search.
         In space it takes hundreds of transients in increments for each load factor.
     steps
         Number of increments from corner to corner. None: the exact path in the plane, 20 in space.
@@ -157,8 +156,7 @@ def damping_curve(
     rows, spans, residuals = [], [], []
     for factor in factors:
         states = [steady_state(system, cycle, f, factor, steps=steps, progress=False)]
-        at_rest = factor <= guaranteed.load_factor and (guaranteed.proven or not lifts(guaranteed.shakedown, factor))
-        if searched and not at_rest:
+        if searched and not (guaranteed.proven and factor <= guaranteed.load_factor):
             found = dissipation_range(system, cycle, f, factor, steps=steps)
             residuals.append(found.residual)
             states += [state for state in found.steady_states if state.outcome is not Outcome.RATCHETING]

@@ -223,15 +223,9 @@ class GuaranteedLimit(Rated):
 
 def reason(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, coincide: int) -> str:
     """Why the limit is what it is, and what it leaves open, in words."""
-    limit = shakedown.load_factor if best is None else best.load_factor
-    may_lift = not uncoupled and shakedown.least < limit < np.inf and lifts(shakedown, limit)
-    return _why(shakedown, best, uncoupled, coincide) + _LIFTING * may_lift
-
-
-def lifts(shakedown: ShakedownLimit, load_factor: float) -> bool:
-    """Whether nodes are open, or would be pulled at a corner at a load factor if none slipped: then slip may go on below the guaranteed limit."""
-    task = shakedown._task
-    return bool(shakedown.open.any() or (task.r0 + load_factor * task.r1)[:, -1].min() < 0)
+    task, limit = shakedown._task, shakedown.load_factor if best is None else best.load_factor
+    may_lift = not uncoupled and shakedown.least < limit < np.inf and (shakedown.open.any() or (task.r0 + limit * task.r1)[:, -1].min() < 0)
+    return _why(shakedown, best, uncoupled, coincide) + _LIFTING * bool(may_lift)
 
 
 def _why(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, coincide: int) -> str:
