@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.sparse import block_array, diags, identity, kron
+from scipy.sparse import block_array, csr_matrix, diags, identity, kron
 from skfem import MeshHex, MeshTri
 
 import frictopt as fo
@@ -20,20 +20,31 @@ def lines(*cells):
 
 
 @settings(max_examples=40)
-@given(seed=st.integers(0, 10**6), kind=st.sampled_from([MeshTri, MeshHex]), held=st.booleans())
-def test_any_numbering_and_direction_against_multipliers(seed, kind, held):
+@given(seed=st.integers(0, 10**6), kind=st.sampled_from([MeshTri, MeshHex]), held=st.booleans(), match=st.booleans())
+def test_any_numbering_direction_and_projection_against_multipliers(seed, kind, held, match):
     rng, d = np.random.default_rng(seed), kind().dim()
-    face = lines(*(3, 4)[: d - 1])
+    cells = [(3, 3), (4, 2)][: d - 1] if match else [(3, 4), (2, 3)][: d - 1]
+    upper, lower = (lines(*own) for own in zip(*cells, strict=True)) if not match else (lines(*(n for n, _ in cells)),) * 2
     turn = np.linalg.qr(rng.normal(size=(d, d)))[0]
     turn[:, 0] *= np.linalg.det(turn)
-    given_ = problem(rng, face, face, kind, turn, held)
+    given_ = problem(rng, upper, lower, kind, turn, held)
     one, two, unknowns, points = (given_.pop(name) for name in ("one", "two", "unknowns", "points"))
-    system = fo.condense(**given_, pairs=np.column_stack([one, two]), unknowns=unknowns, points=points)
-    n = len(one)
+    P = np.zeros((len(one), len(points)))
+    if match:
+        P[np.arange(len(one)), two] = 1.0
+    else:  # along each axis from node to segment
+        weights = [(points[nodes] @ turn)[:, :-1] for nodes in (one, two)]
+        for k, (ends, places) in enumerate(zip(lower, weights[0].T, strict=True)):
+            hats = np.array([np.interp(places, ends, row) for row in np.eye(len(ends))])
+            P[:, two] = (P[:, two] if k else 1.0) * hats[np.abs(ends[:, None] - weights[1][:, k]).argmin(axis=0)].T
+    pairs = {"pairs": np.column_stack([one, two])} if match else {"pairs": one, "projection": csr_matrix(P)}
+    system = fo.condense(**given_, **pairs, unknowns=unknowns, points=points)
+    opening, n = -P, len(one)
+    opening[np.arange(n), one] += 1.0
     G = np.zeros((d * n, given_["K"].shape[0]))
     for i, frame in enumerate(system.frames):
-        G[i::n, unknowns[one[i]]] += frame
-        G[i::n, unknowns[two[i]]] -= frame
+        for row, rows in zip(opening[i], unknowns, strict=True):
+            G[i::n, rows] += row * frame
     S, R = by_multipliers(given_["K"].toarray(), np.column_stack([*given_["loads"].values()]), G, given_["held"])
     assert np.allclose(system.S, S, rtol=0, atol=1e-9 * np.abs(S).max())
     gap, fit = np.random.default_rng(seed).random(n), S[:, -n:]
@@ -169,6 +180,8 @@ BAD = {
     "normals: shape (3,), expected (4, 2), or (2,) for one direction": {"normals": [0.0, 1.0, 0.0]},
     "normals: zero at pair 2": {"normals": UPRIGHT * [[1], [1], [0], [1]]},
     "normals: that of pair 0 at (-1, 0) does not point from body 2 into body 1": {"pairs": PAIRS[:, ::-1]},
+    "projection: shape (2, 24), type float64; give a real matrix of shape (4, 24)": {"pairs": PAIRS[:, 0], "projection": np.ones((2, 24))},
+    "projection: row 0 adds up to 24": {"pairs": PAIRS[:, 0], "projection": np.ones((4, 24))},
     f"of pair 0, of node {PAIRS[0, 0]} of body 1, follows from those of other pairs or from supports": {
         "held": np.r_[GOOD["held"], ROWS[PAIRS[0], 1]]
     },

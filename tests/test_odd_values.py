@@ -224,8 +224,8 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
 LABELS = {"argument", "file", "executor"}  # arguments that are no input of the problem: a word for messages, a stream, somebody else's object
 MADE_BY_US = {"LimitKind", "Outcome"}  # by answers, and not by users
 NAMES = {"texts", "text array"}  # what is right for the names of the contact of two nodes
-OTHER_WORDS = {  # an error may speak of what stands in a file, of node sets, or of load cases
-    *(("MatrixJob.force", "where"), ("MatrixJob.pairs", "first"), ("MatrixJob.pairs", "second")),
+OTHER_WORDS = {  # an error may speak of what stands in a file, of node sets, of load cases, or of pairs that a projection does not go with
+    *(("MatrixJob.force", "where"), ("MatrixJob.pairs", "first"), ("MatrixJob.pairs", "second"), ("condense", "projection")),
     *(
         ("read_abaqus", "path"),
         ("read_abaqus", "deck"),

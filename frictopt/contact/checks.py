@@ -46,11 +46,12 @@ def finite_array(name: str, values: object, shape: tuple[int | None, ...] | None
         where = tuple(int(i) for i in np.argwhere(~fits)[0])
         at = f" at index {where if len(where) > 1 else where[0]}" if where else ""
         raise ModelError(f"{name}: value {raw[where]}{at}; give finite numbers of at most {_LARGEST:g}")
-    return frozen(raw)
+    raw.flags.writeable = False
+    return raw
 
 
 def real_array(name: str, values: object) -> Array:
-    """Check that `values` is an array of real numbers (NaN and infinities included) and return it as float64."""
+    """Check that `values` is an array of real numbers (NaN and infinities included) and return it as a float64 copy."""
     if hasattr(values, "toarray"):
         raise ModelError(f"{name}: a sparse {type(values).__name__}; give a dense array, `.toarray()`")
     if any(isinstance(part, np.ma.MaskedArray) for part in (values, *(values if isinstance(values, list | tuple) else ()))):
@@ -62,7 +63,7 @@ def real_array(name: str, values: object) -> Array:
     if raw.dtype.kind not in "fiu":
         raise ModelError(f"{name}: {shown(values)} (dtype {raw.dtype}) is not numeric; give an array or a list of real numbers")
     with np.errstate(over="ignore"):  # extended precision may not fit; infinities are for the caller to refuse
-        return np.asarray(raw, dtype=np.float64)
+        return np.array(raw, dtype=np.float64, order="C")
 
 
 def per_node(name: str, values: object, nodes: int) -> Array:

@@ -152,12 +152,15 @@ class ContactSystem(Shown, Plotted):
         C: ArrayLike,
         x: ArrayLike,
         bonded: Mapping[str, tuple[ArrayLike, ArrayLike]],
-        gap: Any = None,
-        **more: Any,
+        gap: ArrayLike | None = None,
+        *,
+        contact: ArrayLike | None = None,
+        width: ArrayLike | None = None,
+        E_star: float | None = None,
+        compliance: ArrayLike | None = None,
+        units: str | None = None,
     ) -> Self:
         """A contact in the plane on a straight line, from the (N, N) blocks of its stiffness and the (N,) coordinates of its nodes on that line.
-
-        `more` are other arguments of `ContactSystem`: contact, width, E_star, compliance and units.
 
         Raises
         ------
@@ -187,7 +190,8 @@ class ContactSystem(Shown, Plotted):
         A, B, C = (finite_array(name, block, (n, n)) for name, block in zip("ABC", (A, B, C), strict=True))
         A, C = symmetrised("A", A), symmetrised("C", C)
         points = np.column_stack([line, np.zeros(n)])
-        return cls(np.block([[A, B.T], [B, C]]), points, bonded, gap=gap, **more)
+        more: dict[str, Any] = {"gap": gap, "contact": contact, "width": width, "E_star": E_star, "compliance": compliance, "units": units}
+        return cls(np.block([[A, B.T], [B, C]]), points, bonded, **more)
 
     def _answer(self) -> Mapping[str, object]:
         names = [] if self.contact is None else list(dict.fromkeys(self.contact.tolist()))

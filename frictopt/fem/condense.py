@@ -32,6 +32,7 @@ def condense(
     *,
     held: ArrayLike = (),
     generalised: ArrayLike = (),
+    projection: object = None,
     gap: ArrayLike | None = None,
     contact: ArrayLike | None = None,
     width: ArrayLike | None = None,
@@ -51,8 +52,8 @@ def condense(
         Load case name -> (n,) nodal forces on the unknowns under the unit load. `ContactSystem.with_interference` adds interferences.
     pairs
         (N, 2) nodes of body 1 and body 2; in the plane ordered along each contact in the direction of the tangent, one contact after the other: body
-        1 is on the left of the way. Of quadratic faces corner nodes alone, which those amid edges follow: see `MatrixJob.with_linear_faces`. Faces
-        whose nodes do not match are joined by a `ContactModel`.
+        1 is on the left of the way. With a `projection`: (N,) nodes of body 1. Of quadratic faces corner nodes alone, which those amid edges follow:
+        see `MatrixJob.with_linear_faces`.
     normals
         (N, d) directions from body 2 into body 1, of any length; or one, (d,), for all. In the plane the tangent is the normal turned by -90 degrees:
         normal +y, tangent +x. In space the first tangent is x less its part along the normal (y where the normal is nearly x), the second one is
@@ -68,6 +69,9 @@ def condense(
     generalised
         Rows of K that are no displacement of a node: rotations, and modal and other generalised coordinates of a reduced model. They are free, and
         eliminated with the nodes; their loads count.
+    projection
+        (N, nodes) sparse matrix P for nodes that do not match: the node of body 1 in row i is glued to the place `sum_j P_ij u_j` of body 2. The rows
+        add up to 1.
     gap
         None: the nodes of a pair coincide. "measured": their distance along the normal is the initial gap. (N,) values >= 0: the gap, whatever the
         coordinates say.
@@ -119,23 +123,23 @@ def condense(
     d = where.shape[1]
     if d not in (2, 3):
         raise ModelError(f"points: shape {where.shape}; give (nodes, 2) in the plane or (nodes, 3) in space")
-    rows, more = checked_rows(unknowns, held, generalised, where.shape, K)
-    nodes, others = checked_pairs(pairs, rows, where)
+    rows, others = checked_rows(unknowns, held, generalised, where.shape, K)
+    nodes, P = checked_pairs(pairs, projection, rows, where)
     n, x = len(nodes), where[nodes]
     names = checked_contact("contact", ["contact"] * n if contact is None else contact, n).tolist()
-    opening = openings(nodes, identity(len(where), format="csr")[others])
+    opening = openings(nodes, P)
     directions, stopped = guided(opening, rows, checked_normals(normals, x.shape))
     frames = frames_of(directions)
-    apart = checked_gap(gap, x, x - where[others], frames[:, -1], same_point(where))
+    apart = checked_gap(gap, x, x - P @ where, frames[:, -1], same_point(where))
     F = checked_forces(loads, K.shape[0])
     if d == 2:
         check_course(x, frames, names)
         width = half_widths(x, names) if width is None else width
-    interface, graph = Interface(nodes, opening, frames, stopped), node_graph(K, rows, more)
+    interface, graph = Interface(nodes, opening, frames, stopped), node_graph(K, rows, others)
     check_forgotten(graph, interface, rows, where)
     check_sides(K, rows, graph, interface, where)
     _, body = connected_components(graph, directed=False)
-    S, bonded, L = condensed(K, F, interface, rows, where, graph, lambda node: f"node {node} of body {body[node]}", more)
+    S, bonded, L = condensed(K, F, interface, rows, where, graph, lambda node: f"node {node} of body {body[node]}", others)
     known: dict[str, Any] = {"gap": apart, "frames": frames, "contact": np.array(names), "width": width, "E_star": E_star, "units": units}
     return ContactSystem(S, x, bonded, compliance=L, **known)
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csr_matrix, diags, issparse
+from scipy.sparse import csr_matrix, diags, identity, issparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
@@ -63,25 +63,31 @@ def checked_rows(unknowns: ArrayLike, held: ArrayLike, generalised: ArrayLike, s
     return np.where(np.isin(rows, fixed), -1, rows), others
 
 
-def checked_pairs(pairs: ArrayLike, rows: Integers, points: Array) -> tuple[Integers, Integers]:
-    """Nodes of body 1 and nodes of body 2; `rows` as `checked_rows` gives them."""
-    nodes, others = whole_array("pairs", pairs, (None, 2), least=0, most=len(points) - 1).T
-    if len(shared := np.flatnonzero(nodes == others)):
-        i = int(shared[0])
-        raise ModelError(
-            f"pairs: pair {i} is node {nodes[i]} at {place(points[nodes[i]])} twice, so both bodies share it and nothing slips there; write the "
-            "stiffness of bodies with nodes of their own (`split_bodies` gives them to a mesh)"
-        )
+def checked_pairs(pairs: ArrayLike, projection: object, rows: Integers, points: Array) -> tuple[Integers, csr_matrix]:
+    """Nodes of body 1, and the matrix of the places on body 2 that they are glued to; `rows` as `checked_rows` gives them."""
+    size, most = len(points), len(points) - 1
+    if projection is None:
+        nodes, other = whole_array("pairs", pairs, (None, 2), least=0, most=most).T
+        if len(shared := np.flatnonzero(nodes == other)):
+            i = int(shared[0])
+            raise ModelError(
+                f"pairs: pair {i} is node {nodes[i]} at {place(points[nodes[i]])} twice, so both bodies share it and nothing slips there; write the "
+                "stiffness of bodies with nodes of their own (`split_bodies` gives them to a mesh)"
+            )
+        P = csr_matrix(identity(size, format="csr")[other])
+    else:
+        nodes = whole_array("pairs", pairs, (None,), least=0, most=most)
+        P = _checked_projection(projection, (len(nodes), size))
     if not len(nodes):
         raise ModelError("pairs: none; a contact needs at least one node pair")
-    both = np.union1d(nodes, others)
+    both = np.union1d(nodes, P.indices)
     if np.any(rows[both] < -1):
         node = int(both[(rows[both] < -1).any(axis=1)][0])
         raise ModelError(
             f"pairs: node {node} at {place(points[node])} follows other nodes, by an equation or a tie (-2 in unknowns); on a contact let the others "
             "follow it (in *EQUATION by exchanging the first term), or take the constraint out"
         )
-    return nodes, others
+    return nodes, P
 
 
 def same_point(points: Array) -> float:
@@ -119,6 +125,21 @@ def check_forgotten(graph: csr_matrix, interface: Interface, rows: Integers, poi
                 f"pairs: nodes {one} and {two} lie on each other at {place(points[one])}, next to the contact of their bodies, in no pair; there the "
                 "bodies would pass through each other: add the pair"
             )
+
+
+def _checked_projection(projection: object, shape: tuple[int, int]) -> csr_matrix:
+    """A projection whose rows add up to 1."""
+    P = csr_matrix(projection if issparse(projection) else finite_array("projection", projection, (None, None)))
+    if P.shape != shape or P.dtype.kind not in "fiu":
+        raise ModelError(f"projection: shape {P.shape}, type {P.dtype}; give a real matrix of shape {shape}, a row for each node of body 1")
+    P = P.astype(np.float64)
+    finite_array("projection: entries", P.data)
+    P.eliminate_zeros()
+    sums = np.asarray(P.sum(axis=1)).ravel()
+    if np.abs(sums - 1).max() > SAME_POINT:
+        i = int(np.abs(sums - 1).argmax())
+        raise ModelError(f"projection: row {i} adds up to {sums[i]:g}; its weights of the nodes of body 2 must add up to 1")
+    return P
 
 
 def checked_normals(normals: ArrayLike, shape: tuple[int, ...]) -> Array:
