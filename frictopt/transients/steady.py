@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.answers import Outcome
-from ..contact.checks import finite_number, flag, frozen, warns_of_odd_values, whole_number
+from ..contact.checks import finite_number, flag, warns_of_odd_values, whole_number
 from ..contact.coulomb import off_law
 from ..contact.parts import parted
 from ..contact.progress import bar_of
@@ -144,17 +144,17 @@ def reported(run: Run, found: Settled, step_error: float) -> SteadyState:
     return SteadyState(
         outcome=found.outcome,
         dissipation=float(work.sum()),
-        dissipation_per_node=frozen(work),
-        sliding_distance=frozen(cycle.slid / run.period if slips else np.zeros(n)),
+        dissipation_per_node=work,
+        sliding_distance=cycle.slid / run.period if slips else np.zeros(n),
         work_error=found.work_error,
         step_error=step_error,
         period=returns_after(path, cycle) if run.period == 2 and slips else 1,
         system=path.system,
         cycle=path.cycle,
-        friction=frozen(path.friction),
+        friction=np.array(path.friction),
         load_factor=path.load_factor,
-        slip=frozen(slip),
-        gap=frozen(opening + gap),
+        slip=np.array(slip),
+        gap=opening + gap,
         state=ContactState(slip, np.maximum(opening + gap, 0.0), *load, next_loads=path.cycle.corner_names[0]),
         open=np.asarray((cycle.u[:, -n:] + gap > 0).any(axis=0)),
         slipping=slips & (path.friction > 0) & (cycle.slid > max(ROUNDING * max(1.0, far), cycle.change) * path.scales.length),
