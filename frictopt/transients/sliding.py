@@ -11,11 +11,12 @@ from ..contact.tolerances import COUNTS
 from ..errors import NoContinuation, SolverError
 
 _WITHIN, _PROJECTIONS = 0.99, 50  # of the friction, so that a projection comes to lie within it; at most
+_FOUND = 0.5  # of the largest size of a motion, which one of negative work has; without one there is none, up to rounding
 _EVEN = 0.5  # a motion whose mean is at least so large a part of it is a slide, else a turn
 
 
 class _Motion(NamedTuple):
-    """A rigid motion, and how far it goes beyond `w >= f |v|`, over its largest part."""
+    """A rigid motion of size up to 1, and how far it goes beyond `w >= f |v|`."""
 
     phi: Array
     residual: float
@@ -27,7 +28,7 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
     A motion phi = (v, w) that strains nothing, S phi = 0, has the work `phi . r = phi . r^w` with the reactions of every state. Where `w >= f |v|`
     at all nodes, contact forces have no negative work in it (`p >= 0`, `|q| <= f p`). So a load with `phi . r^w < 0` has no state: this proves gross
     sliding, turning over or lift-off, whatever the slip and the history. Where no forces within friction are found that balance the load, a cone
-    program looks for the smallest motion of negative work.
+    program looks for the motion of size 1 with the least work.
 
     Parameters
     ----------
@@ -61,19 +62,19 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
 
     share, work = cp.Variable(V.shape[1]), cp.Parameter(V.shape[1])
     *v, w = (part @ share for part in V.reshape(-1, system.nodes, V.shape[1]))
-    opposed = cp.multiply((1 + COUNTS) * friction, cp.norm(cp.vstack(v), axis=0)) <= w
-    problem = cp.Problem(cp.Minimize(cp.sum_squares(share)), [opposed, work @ share == -1])
+    opposed = cp.SOC(w, cp.multiply((1 + COUNTS) * friction, cp.vstack(v)))
+    problem = cp.Problem(cp.Minimize(work @ share), [opposed, cp.SOC(cp.Constant(1.0), share)])
 
     def claimed() -> _Motion:
         phi = V @ share.value
         *slid, lifted = phi.reshape(-1, system.nodes)
-        return _Motion(phi, float((friction * np.linalg.norm(slid, axis=0) - lifted).max()) / (float(np.abs(phi).max()) or 1.0))
+        return _Motion(phi, float((friction * np.linalg.norm(slid, axis=0) - lifted).max()))
 
     for name, load in beyond.items():
         work.value = V.T @ load / (float(np.abs(load).max()) or 1.0)
         with suppress(SolverError):
             phi = solve(problem, claimed)[0].phi
-            if phi @ load < -COUNTS * np.abs(phi) @ np.abs(load):
+            if phi @ phi > _FOUND and phi @ load < -COUNTS * np.abs(phi) @ np.abs(load):
                 raise NoContinuation(_sentence(system, name, load, phi))
 
 
