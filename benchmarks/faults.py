@@ -365,7 +365,7 @@ FAULTS = (
     Fault("histories/worn_in.py", "the overlap of the last load alone", "for p in (first[-n:], last[-n:]):", "for p in (last[-n:],):", "worn_in"),
     Fault("histories/worn_in.py", "the whole change of shear counts", "change / (2 * f)", "change / f", "worn_in"),
     Fault("histories/wear.py", "an open node presses", "np.where(state.gap > 0, 0.0, p)", "np.where(state.gap > 0, 1.0, p)", "wear"),
-    Fault("transients/steady.py", "the way slid in both cycles of a period", "frozen(cycle.slid / run.period", "frozen(cycle.slid", "path_period"),
+    Fault("transients/steady.py", "the way slid in both cycles of a period", "cycle.slid / run.period", "cycle.slid", "path_period"),
     # scenes
     Fault("scenes/punch.py", "one side of the block is pressed while the other is pulled", 'Traction("block", "right", x=1.0)',
           'Traction("block", "right", x=-1.0)',
