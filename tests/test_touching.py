@@ -10,7 +10,7 @@ from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
 from frictopt.fem.contacts import check_touching
-from frictopt.fem.faces import normals_of
+from frictopt.fem.faces import neighbours, normals_of
 from meshes import rotation, turned
 
 FEET = [(-12.0, -7.0), (-2.5, 2.5), (7.0, 12.0)]
@@ -102,3 +102,13 @@ def test_facets_far_away_have_normals_as_exact_as_their_corners():
     corners = 1e-5 * np.array([[[0.0, 0.0, 0.0], [1.0, 0.1, 0.0], [1.2, 1.0, 0.0], [0.0, 1.0, 0.0]]]) @ turn.T + [100.0, -200.0, 300.0]
     normal = turn[:, 2] * np.linalg.det(turn)
     assert np.allclose(normals_of(corners), normal, atol=1e-7) and np.allclose(normals_of(corners[:, :3]), normal, atol=1e-7)
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+def test_neighbours_of_unlike_sizes_are_all_that_are_within_reach(axes):
+    rng = np.random.default_rng(axes)
+    places, others = rng.normal(size=(60, axes)), rng.normal(size=(80, axes))
+    reach, radii = (10.0 ** rng.uniform(-3, 0.5, count) for count in (60, 80))
+    found = np.array(neighbours(places, reach, others, radii)).T
+    near = np.linalg.norm(places[:, None] - others, axis=-1) <= reach[:, None] + radii
+    assert sorted(found.tolist()) == np.argwhere(near).tolist()
