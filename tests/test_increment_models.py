@@ -25,15 +25,6 @@ def names(problem):
     return {variable.name() for variable in problem.variables()}, {parameter.name() for parameter in problem.parameters()}
 
 
-def hard_case():
-    """An increment that needs more than one sweep."""
-    for seed in range(1000):
-        case = random_increment(np.random.default_rng(seed), 3, 0.8)
-        if FrozenBoundIncrement(case[0], case[1]).solve(case[2], case[3]).steps > 2:
-            return case
-    raise AssertionError("no such case")
-
-
 def test_problems_are_dpp_and_named():
     contact = random_system(np.random.default_rng(0), 3)
     frozen, exact = FrozenBoundIncrement(contact, 0.5).problem, ExactIncrement(contact, 0.5).problem
@@ -67,9 +58,8 @@ def test_the_next_solver_answers_where_one_fails(monkeypatch):
     assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
 
 
-@pytest.mark.slow
 def test_sweeps_converge_to_the_state_and_too_few_say_so(monkeypatch):
-    contact, friction, slip, load = hard_case()
+    contact, friction, slip, load = random_increment(np.random.default_rng(245), 3, 0.8)  # the first of these that needs more than two
     found = FrozenBoundIncrement(contact, friction).solve(slip, load)
     assert found.steps > 1 and found.residual < 1e-9 and distance(admissible_states(contact, friction, slip, load), found) < 1e-9
     monkeypatch.setattr(programs, "_SWEEPS", 1)
