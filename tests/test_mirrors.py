@@ -96,6 +96,18 @@ def test_the_limit_of_the_part_is_that_of_the_whole(seed, tangents):
         assert resistance / drive == pytest.approx(lean.load_factor, rel=1e-7) and (motion.opening >= 0).all()
 
 
+def test_a_bound_holds_a_node_on_a_mirror_plane_once():
+    """Three nodes that do not feel each other; the middle one needs a slip of -0.1 from 2 lam = 0.6 on, which is its bound."""
+    shear = np.array([[0.1, 0.0], [2.0, 0.0], [0.1, 0.0]])
+    bonded = {"mean": (np.zeros((3, 2)), np.ones(3)), "shear": (shear, np.zeros(3))}
+    contact = fo.ContactSystem(np.eye(9), [[0.0, -1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 1.0, 0.0]], bonded)
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"shear": -0.2}, {"shear": 1.0}])
+    limit = fo.shakedown_limit(contact, cycle, 0.5, slip_bound=0.1)
+    assert "mirror symmetry" in limit.record.left_out[0] and limit.load_factor == pytest.approx(0.3)
+    resistance, drive = limit._motion.work(pose(contact, cycle, 0.5, slip_bound=0.1))
+    assert resistance / drive == pytest.approx(0.3)
+
+
 @pytest.mark.parametrize("tangents", [1, 2])
 @SEEDS
 def test_the_margin_of_the_part_is_that_of_the_whole(seed, tangents):

@@ -132,6 +132,15 @@ def test_a_separated_limit_in_space_is_never_less_and_rests(seed):
     assert best.load_factor == pytest.approx(most, rel=1e-6)
 
 
+def test_closed_nodes_without_mean_load_rest_until_a_gap_closes():
+    """Two nodes in space that do not feel each other: the mean load opens the first by 0.1, and the second one rests under any cyclic load."""
+    still, shear = np.zeros((2, 2)), np.array([[0.0, 0.0], [0.1, 0.0]])
+    bonded = {"mean": (still, np.array([-0.1, 0.0])), "press": (shear, np.ones(2)), "lift": (-shear, np.array([-1.0, 1.0]))}
+    contact = fo.ContactSystem(np.eye(6), [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], bonded)
+    best = fo.separated_limit(contact, fo.LoadCycle({"mean": 1.0}, [{"press": 1.0}, {"lift": 1.0}]), 0.5)
+    assert best.load_factor == pytest.approx(0.1) and best.open.tolist() == [True, False]
+
+
 def test_an_open_node_may_slip_farther_than_the_largest_slip():
     contact = system(np.eye(2), np.zeros((2, 2)), [0.4, 3.0], [1.0, -0.5], [1.0, 0.0], 0.0)
     safe = fo.safe_slip(contact, CYCLE, 0.5, 0.3)

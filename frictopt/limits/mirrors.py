@@ -77,7 +77,7 @@ def on_whole(task: LimitQuestion, slip: Array, motion: M) -> tuple[LimitQuestion
     every, hold = np.zeros((2, whole.AB.shape[1])), None if motion is None else motion.hold
     for place, sign in zip(places[:, : slip.size], signs[:, : slip.size], strict=True):
         every[0, place] += sign * slip.T.ravel()
-        every[1, place] += 0.0 if hold is None else sign * hold.ravel() / len(corners)
+        every[1, place] = 0.0 if hold is None else sign * hold.ravel() / len(corners)  # once at a node that is its own image
     slip, held = (part.reshape(-1, shape[2]) for part in every)
     slip = whole.states(0.0, slip.T)[0][0, :-1].T.reshape(whole.system.slip_shape)
     if motion is None:

@@ -149,7 +149,7 @@ class ShakedownModel(SafeModel):
         if task.system.tangents > 1:
             if found := helpless(task):
                 return by_one_node(task, *found, solver, under=under)
-            if not (under or task.r0.any()) and (known := by_scaling(task, solver)):
+            if not (under or task.r0.any() or task.w0.any()) and (known := by_scaling(task, solver)):
                 return known
         elif task.simplify and not under and solver is None and task.lift is None and task.uncoupled and (known := in_closed_form(task)):
             return known
