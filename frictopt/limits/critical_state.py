@@ -99,7 +99,8 @@ def critical_states(task: LimitQuestion) -> list[list[CriticalState]]:
 def _of_pairs(task: LimitQuestion) -> list[list[CriticalState]]:
     """The critical states in the plane where the corners differ at load factor 0."""
     f, (q0, p0, q1, p1) = task.friction, task.parts
-    own = np.stack([q0, fp0 := f * p0, q1, fp1 := f * p1])
+    fp0, fp1 = f * p0, f * p1
+    own = np.stack([q0, fp0, q1, fp1])
     floor, rules = _TIE * np.abs(own).max(axis=1), np.zeros((2, *fp1.shape), dtype=bool)
     for which, sense in zip(rules, (1, -1), strict=True):
         which[ruling(-(sense * q0 + fp0), -(sense * q1 + fp1))] = True

@@ -50,8 +50,8 @@ class DesignModel(SafeModel):
     """Preloads, fit and profile of a contact as unknowns beside its residual slip, for constraints and objectives of your own.
 
     Reactions are linear in them, so the best design is the same convex program as the shakedown limit, with the same proof. Residual slips are any
-    that the constraints admit; all nodes are kept closed, so the best design may carry less than `shakedown_limit` finds for the same contact without
-    one, where nodes stay open under the mean load. Not for use by several threads at once: give each its own. Theory, eq. (32).
+    that the constraints admit; all nodes are kept closed, so where nodes stay open under the mean load the best design may carry less than
+    `shakedown_limit` finds for the contact as it is. Not for use by several threads at once: give each its own. Theory, eq. (32).
 
     Parameters
     ----------

@@ -201,7 +201,8 @@ def carried(task: LimitQuestion, slip: Array, load_factor: float, sense: int) ->
 
     Circles count from rounding on: where a node carries nothing, what it can carry is lost in it.
     """
-    f, (q, p), (q1, p1) = task.friction, *((r[:, :2].swapaxes(1, 2), r[:, 2]) for r in (task.states(load_factor, slip)[1], sense * task.r1))
+    f, r, r1 = task.friction, task.states(load_factor, slip)[1], sense * task.r1
+    q, p, q1, p1 = r[:, :2].swapaxes(1, 2), r[:, 2], r1[:, :2].swapaxes(1, 2), r1[:, 2]
     beyond = np.linalg.norm(q, axis=-1) - f * p > _CARRIED * task.force
     pulls = task.opening & (p < -_CARRIED * task.force) & (p1 < 0)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -146,15 +146,15 @@ def no_limit(task: LimitQuestion, solver: str | None) -> ShakedownLimit | None:
 
 def _carried(task: LimitQuestion, slip: Array) -> bool:
     """Whether the slip that grows with the load keeps each node within its bound, up to a share of what acts on this node itself."""
-    f, v = task.friction, np.abs(slip.T.ravel())
-    r1 = task.load_unit * task.r1
-    change, most = ((AB @ slips).reshape(r1[0].shape) for AB, slips in ((task.AB, slip.T.ravel()), (np.abs(task.AB), v)))
-    sizes, (q, p) = np.linalg.norm(r1[:, :-1], axis=1), (np.linalg.norm((r1 + change)[:, :-1], axis=1), (r1 + change)[:, -1])
-    own = np.maximum(sizes, f * np.abs(r1[:, -1])).max(axis=0) + np.linalg.norm(most[:-1], axis=0) + f * most[-1]
+    f, v, r1 = task.friction, slip.T.ravel(), task.load_unit * task.r1
+    r = r1 + (task.AB @ v).reshape(r1[0].shape)
+    most = (np.abs(task.AB) @ np.abs(v)).reshape(r1[0].shape)
+    own = np.maximum(np.linalg.norm(r1[:, :-1], axis=1), f * np.abs(r1[:, -1])).max(axis=0) + np.linalg.norm(most[:-1], axis=0) + f * most[-1]
     lift = np.zeros((0, len(v))) if task.lift is None else task.lift
     opens = task.load_unit * task.w1
-    apart = (opens + lift @ slip.T.ravel() >= -RESIDUAL * (np.abs(opens) + np.abs(lift) @ v)).all()
-    return bool(apart) and bool((np.maximum(q - f * p, -p).max(axis=0) <= RESIDUAL * own).all())
+    apart = (opens + lift @ v >= -RESIDUAL * (np.abs(opens) + np.abs(lift) @ np.abs(v))).all()
+    beyond = np.maximum(np.linalg.norm(r[:, :-1], axis=1) - f * r[:, -1], -r[:, -1])
+    return bool(apart) and bool((beyond.max(axis=0) <= RESIDUAL * own).all())
 
 
 def no_limit_under(v: SafeSet, solver: str | None) -> ShakedownLimit | None:

@@ -18,13 +18,9 @@ from .job import MatrixJob
 from .meshes import file_path, library
 
 _ANSYS = "ansys-mapdl-reader"
-_ANSYS_SOLIDS = {
-    (185, 8): "C3D8",
-    (285, 4): "C3D4",
-    (186, 20): "C3D20",
-    (187, 10): "C3D10",
-}  # by type and nodes; as Abaqus names them
-_NASTRAN_SOLIDS = {("CHEXA", 8): "C3D8", ("CTETRA", 4): "C3D4", ("CHEXA", 20): "C3D20", ("CTETRA", 10): "C3D10"}  # as Abaqus names them
+# By type and nodes, as Abaqus names them.
+_ANSYS_SOLIDS = {(185, 8): "C3D8", (285, 4): "C3D4", (186, 20): "C3D20", (187, 10): "C3D10"}
+_NASTRAN_SOLIDS = {("CHEXA", 8): "C3D8", ("CTETRA", 4): "C3D4", ("CHEXA", 20): "C3D20", ("CTETRA", 10): "C3D10"}
 
 
 def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob:

@@ -30,7 +30,7 @@ from ..begin import OPEN
 from .increment import FrictionIncrement, Increment, Posed
 from .newton import newton
 
-_SETTLED_BOUND = 1e4 * RESIDUAL  # change of the frozen bound from which on Newton's method makes the state exact
+_SETTLED_BOUND = 1e4 * RESIDUAL  # change of the frozen bound up to which more sweeps find nothing else
 _SWEEPS = 100  # programs for one increment at most
 _BOOLEANS = {"forward": 1, "backward": -1, "opened": OPEN}
 _TOUCHES = 0.999  # share of the largest motion or pressure from which on a state touches it
