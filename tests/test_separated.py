@@ -134,6 +134,7 @@ def test_a_node_that_the_mean_load_opens_and_all_corners_open_further_rests_at_e
     node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0])})
     limit = fo.separated_limit(node, fo.LoadCycle({"P": -1.0}, [{"P": -1.0}, {"P": -2.0}]), 0.5)
     assert (limit.least, limit.load_factor) == (0.0, np.inf) and limit.open.all()
+    assert np.isnan(limit.slip).all() and np.isnan(limit.largest_slip)
 
 
 def test_where_rounding_hides_the_least_load_factor_it_is_said_so():

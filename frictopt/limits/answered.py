@@ -164,7 +164,8 @@ class Answered(Recorded, Plotted):
 
         Compare it with what assembly can leave. A slip far larger than that is of no use: bound it by `slip_bound`.
         """
-        return float(lengths(self.slip, self.friction)[~self.open].max(initial=0.0))
+        sizes = lengths(self.slip, self.friction)
+        return float(sizes[~self.open].max(initial=0.0)) if np.isfinite(sizes).all() else np.nan
 
     @property
     def _opened(self) -> str:
