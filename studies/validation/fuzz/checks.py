@@ -18,6 +18,7 @@ from .known import Known, NotAsked, Wrong, same, transformed
 from .searches import best_design, found_range, least_slip, limit_after_protocol
 from .separated import separated
 
+_WITHIN_STRETCH, _SHORT = 4, 1e-4  # increments within the shortest stretch between events; stretches that are shorter are not followed so
 _STEPS = (7, 30, 131, 1009)  # increments from corner to corner; without common divisors, so that not all of them miss the same event
 _FEW = 3  # nodes up to which all statuses are tried
 _BRUTE = 16  # cycles that are followed to find the outcome of a transient
@@ -146,7 +147,8 @@ def _path(known: Known) -> tuple[float, bool]:
     ends = np.searchsorted(path.time, np.arange(0, cycles * len(case.cycle.corners) + 0.5) + 1e-9) - 1
     size = float(np.abs(path.slip).max()) + float(np.abs(path.gap).max()) + known.length
     errors: list[float] = []
-    for steps in _STEPS:
+    shortest = np.diff(path.time).min(initial=1.0, where=np.diff(path.time) > 0)
+    for steps in (*_STEPS, *([int(_WITHIN_STRETCH / shortest)] if shortest > _SHORT else [])):
         marched = oracles.Stepper(*known.args).march(case.system, case.cycle, known.load_factor, case.start, cycles, steps)
         if marched is None or marched.states > 1:  # a jump, or two solutions: there the path ends, or passes between two increments
             return path.residual, True
