@@ -127,11 +127,21 @@ def _row(run: Run) -> Row:
         steady = steady_state(*asked, initial_slip=begin, initial_state=start.state, overload=start.overload, progress=False)  # the study has a bar
     except FrictoptError as error:
         return _failed(run, f"{type(error).__name__}: {error}", time.perf_counter() - began) | {"amplitude": root_mean_square(slip)}
-    told = {name: getattr(steady, name) for name in ("dissipation", "first_cycle", "cycles", "residual", "engine")}
-    told |= {name: int(np.count_nonzero(getattr(steady, name))) for name in ("slipping", "open")}
-    share = float(steady.dissipation_per_node.max() / steady.dissipation) if steady.dissipation > 0 else 0.0
-    spent = {"amplitude": root_mean_square(slip), "seconds": time.perf_counter() - began}
-    return _input(run) | told | spent | {"outcome": steady.outcome.name, "largest_share": share, "error": ""}
+    work = steady.dissipation_per_node
+    return _input(run) | {
+        "amplitude": root_mean_square(slip),
+        "outcome": steady.outcome.name,
+        "dissipation": steady.dissipation,
+        "first_cycle": steady.first_cycle,
+        "largest_share": float(work.max() / steady.dissipation) if steady.dissipation > 0 else 0.0,
+        "cycles": steady.cycles,
+        "slipping": int(np.count_nonzero(steady.slipping)),
+        "open": int(np.count_nonzero(steady.open)),
+        "residual": steady.residual,
+        "engine": steady.engine,
+        "seconds": time.perf_counter() - began,
+        "error": "",
+    }
 
 
 def _failed(run: Run, error: str, seconds: float = np.nan) -> Row:
