@@ -68,7 +68,8 @@ def test_a_history_less_its_mean_is_what_the_load_factor_scales():
 def test_a_closed_history_comes_back_to_its_first_corner_once(gap):
     history = pd.DataFrame({"time": range(4), "P": 5.0, "sigma": [1.0, -1.0, 3.0, 1.0 + gap]})
     cycle = fo.LoadCycle.from_history(history, mean={"P": 5.0})
-    assert cycle == fo.LoadCycle({"P": 5.0}, [{"sigma": s} for s in (1.0, -1.0, 3.0)]) and cycle.times == (0, 1, 2)
+    assert cycle == fo.LoadCycle({"P": 5.0}, [{"sigma": s} for s in (1.0, -1.0, 3.0)]) and cycle.times == (0, 1, 2, 3)
+    assert cycle.corner_names == ("t = 0: sigma = +1", "t = 1: sigma = -1", "t = 2: sigma = +3")
     other = fo.LoadCycle.from_history(history.assign(sigma=[1.0, -1.0, 3.0, 1.0 + 1e-9]), mean={"P": 5.0})
     assert len(other.corners) == 4
 

@@ -97,8 +97,10 @@ def test_a_load_cycle_shows_each_load_at_its_corners_or_times():
     drawn = {line.get_label(): line.get_ydata() for line in ax.get_lines() if not line.get_label().startswith("_")}
     assert list(drawn["P"]) == [1.0, 1.5, 1.0] and list(drawn["Q"]) == [1.0, -1.0, 1.0]
     assert [text.get_text() for text in ax.get_xticklabels()] == ["Q = +1", "P = +0.5, Q = -1", "Q = +1"]
-    timed = fo.LoadCycle(loads.mean, loads.corners, times=[2.0, 7.0]).plot()
-    assert list(timed.get_lines()[0].get_xdata()) == [2.0, 7.0] and timed.get_xlabel() == "time"
+    for times, shown in (([2.0, 7.0], [1.5, 1.0]), ([2.0, 7.0, 8.0], [1.5, 1.0, 1.5])):
+        timed = fo.LoadCycle(loads.mean, loads.corners, times=times).plot()
+        drawn = timed.get_lines()[0]
+        assert list(drawn.get_xdata()) == times and list(drawn.get_ydata()) == shown and timed.get_xlabel() == "time"
 
 
 def test_deformed_bodies_stand_where_their_displacements_bring_them():

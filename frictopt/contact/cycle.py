@@ -38,7 +38,8 @@ class LoadCycle(Plotted):
         load at all corners the load factor is that of a static load: how large may it grow while the fixed part comes and goes? Transients begin at
         the mean load, so let it be one inside the fixed part.
     times
-        The K times of the corners, numbers or dates, for pictures and names alone: friction knows no time. None: not known.
+        The K times of the corners, numbers or dates, and maybe one more, when the load is back at the first corner. They serve pictures and names
+        alone: friction knows no time. None: not known.
 
     Raises
     ------
@@ -77,8 +78,8 @@ class LoadCycle(Plotted):
             raise ModelError(f"fixed: {len(fixed)} loads for {len(self.corners)} corners; give one for each, {{}} where there is none")
         object.__setattr__(self, "fixed", fixed if fixed and any(fixed) else None)
         times = None if self.times is None else tuple(listed("times", self.times))
-        if times is not None and len(times) != len(self.corners):
-            raise ModelError(f"times: {len(times)} for {len(self.corners)} corners; give one for each")
+        if times is not None and len(times) - len(self.corners) not in (0, 1):
+            raise ModelError(f"times: {len(times)} for {len(self.corners)} corners; give one for each, and one more for the return to the first")
         for time in times or ():
             if not (isinstance(time, Real) or hasattr(time, "isoformat")):
                 raise ModelError(f"times: {shown(time)} is neither a number nor a date")
@@ -114,7 +115,7 @@ class LoadCycle(Plotted):
             names.append(", ".join(told) or "mean load")
         if self.times is not None:
             clock = [f"{time:g}" if isinstance(time, Real) else str(time) for time in self.times]
-            names = [f"t = {time}: {name}" for time, name in zip(clock, names, strict=True)]
+            names = [f"t = {time}: {name}" for time, name in zip(clock, names, strict=False)]
         times = Counter(names)
         return tuple(f"{name} (corner {k})" if times[name] > 1 else name for k, name in enumerate(names))
 
@@ -145,7 +146,8 @@ class LoadCycle(Plotted):
             Static part of the loads, load case name -> amplitude, which the load factor leaves as it is: a corner is the row less the mean. Load
             cases that are not columns are constant. None: the middle between the least and the largest amplitude of each column.
         time
-            Name of the column with the time, by which the rows are sorted. None: the column "time", if there is one. The corners keep their times.
+            Name of the column with the time, by which the rows are sorted. None: the column "time", if there is one. The corners keep their times,
+            and so does a last row that equals the first one, as the time of the return.
         tolerance
             Against noise, a share of the range of each load case: every measured load lies within it of the straight way between two corners kept, in
             its order. One load case keeps its reversals of more than twice as much. 0: all turning points.

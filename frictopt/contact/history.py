@@ -72,7 +72,7 @@ def _worst(points: Array) -> int | None:
 def history_corners(
     history: object, mean: object, time: object, tolerance: object
 ) -> tuple[dict[str, float], list[dict[str, float]], list[object] | None]:
-    """Mean load, corners and their times, see `LoadCycle.from_history`."""
+    """Mean load, corners and their times, with that of the return of a closed history, see `LoadCycle.from_history`."""
     import pandas as pd  # here, for only a history needs it
 
     if not isinstance(history, pd.DataFrame):
@@ -99,9 +99,9 @@ def history_corners(
         numbers = reversals(points / (share * np.where(ranges > 0, ranges, 1.0)))
     else:
         numbers = turning_points(points)
+    times = None if clock is None else history[clock].iloc[numbers].tolist()
     if len(numbers) > 1 and (np.abs(points[-1] - points[0]) <= _ROUNDING * np.abs(points).max(axis=0, initial=0.0)).all():
         numbers.pop()  # the cycle comes back to its first corner by itself
-    times = None if clock is None else history[clock].iloc[numbers].tolist()
     return static, [dict(zip(names, points[number].tolist(), strict=True)) for number in numbers], times
 
 

@@ -64,10 +64,9 @@ def _in_space(system: ContactSystem, width: Array, unit: str, few: list[int], ar
 def _cycle(cycle: LoadCycle, ax: Axes | None = None) -> Axes:
     """The amplitude of each load case at load factor 1 over the corners, or over their times, and its mean."""
     (axes,) = new_axes(ax)
-    loads = [cycle.at(1.0)[-1], *cycle.at(1.0)]
-    count = len(cycle.corners)
+    loads, count = cycle.at(1.0), len(cycle.corners)
     at: Any = np.arange(count + 1) if cycle.times is None else cycle.times
-    loads = loads if cycle.times is None else loads[1:]
+    loads = (loads[-1], *loads) if cycle.times is None else (*loads, loads[0])[: len(at)]
     for number, case in enumerate(dict.fromkeys(name for load in (cycle.mean, *loads) for name in load)):
         look = series(number)
         values = [load.get(case, 0.0) for load in loads]
