@@ -18,6 +18,7 @@ from studies.validation.fuzz import study as fuzz
 from studies.validation.fuzz.cases import random_case
 from studies.validation.fuzz.checks import CHECKS, findings
 from studies.validation.fuzz.differential import DIFFERENTIAL
+from studies.validation.fuzz.scenes import random_scene
 from studies.validation.fuzz.space import SPACE, space_findings
 
 pytestmark = pytest.mark.slow
@@ -87,6 +88,13 @@ def test_slip_that_seems_to_repeat_and_stops_while_its_work_is_made_sure():
 
 def test_what_clarabel_leaves_open_on_rows_as_they_stand_it_answers_on_scaled_ones():
     assert [finding.result for finding in space_findings(50083, ["limit, plane in 3-D"])] == ["answer"]
+
+
+def test_a_punch_that_tips_about_its_last_nodes_is_named_instead_of_followed_without_end():
+    """95 of 97 nodes are open; the last but one opens against no more than rounding, again and again at the same load."""
+    case = random_scene(1822000013)
+    with pytest.raises(fo.NoContinuation, match=r"nodes \[95\] change without end; the body may slide or open as a whole \(there .* 1 of 97 nodes"):
+        fo.march(case.system, case.cycle, case.friction, 1.7017650431480644, initial_slip=case.start)
 
 
 def test_just_above_a_guarantee_of_none_is_a_finite_load_where_no_load_ends_safe_slip():

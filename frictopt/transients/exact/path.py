@@ -139,6 +139,7 @@ class ExactPath(Transient):
             At some load of the segment no rates obey the contact law, or more than one set of rates does.
         """
         code, time, begins = UNSETTLED, 0.0, True
+        seen: set[tuple[float, bytes]] = set()  # times and statuses of the rate problems
         while code != DONE:
             own = self.state, self._active, self._proof
             code, time = follow(self._S, self.friction, self.bonded, bonded, *own, self.scales.mean, time, begins, self._record)
@@ -150,7 +151,9 @@ class ExactPath(Transient):
                 self.history[-1][:, 0] += self.visited
                 self.state.trace[3] = 0
             if code == UNSETTLED:
-                self._solve_rate_problem(bonded - self.bonded, time, where)
+                place = time, self.state.status.tobytes()
+                self._solve_rate_problem(bonded - self.bonded, time, where, again=place in seen)
+                seen.add(place)
         state = self.state
         self.bonded = bonded
         self.visited += 1
@@ -163,8 +166,8 @@ class ExactPath(Transient):
         time, *states = np.split(np.concatenate(self.history), [1, *(1 + self.nodes * np.array([2, 4, 5]))], axis=1)
         return [time[:, 0], *states]
 
-    def _solve_rate_problem(self, load_rate: Array, time: float, where: str) -> None:
-        """Set the statuses to the solution of the rate problem."""
+    def _solve_rate_problem(self, load_rate: Array, time: float, where: str, again: bool) -> None:
+        """Set the statuses to the solution of the rate problem; if the path comes to it `again` at the same time, its rates lead nowhere."""
         from .rate import find_rates, rate_problem  # here, for few paths have such an event
 
         problem = rate_problem(self._S, self.friction, load_rate, self.state, self.scales.mean)
@@ -176,6 +179,8 @@ class ExactPath(Transient):
         hint = "often friction is above the critical value there (a node wedges itself where f exceeds A/|B|): lower it"
         if problem.sliding:
             hint = f"the body may slide or open as a whole ({self.free_body(self.state.r)}), or friction is above the critical value there"
+        if again:
+            raise NoContinuation(f"{here} the statuses of nodes {nodes} change without end; {hint}")
         if not solutions.found:
             proof = "no rates obey the law" if solutions.complete else "no rates that obey the law were found"
             raise NoContinuation(f"{here} {proof}; nodes {nodes} are at their bounds and would jump; {hint}")
