@@ -6,10 +6,10 @@ import meshio
 import numpy as np
 import pytest
 import pyvista
-from skfem import MeshHex, MeshQuad, MeshTet
+from skfem import Basis, MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
-from meshes import box
+from meshes import box, turned
 
 CYCLE = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 
@@ -29,6 +29,13 @@ def opened(path):
 def at(block, points):
     """Displacements of a body at some of its nodes."""
     return np.array([block["displacement"][np.flatnonzero(np.abs(block.points - point).max(axis=1) < 1e-9)[0]] for point in points])
+
+
+def facing(block, what="normal"):
+    """Normals of the cells of its surface as they are counted, or their centres."""
+    surface = block.extract_surface(algorithm="dataset_surface")
+    surface = surface.compute_normals(consistent_normals=False, auto_orient_normals=False, split_vertices=False)
+    return surface.cell_data["Normals"] if what == "normal" else surface.cell_centers().points
 
 
 def check_state(blocks, one, two):
@@ -91,6 +98,32 @@ def test_a_state_in_space(tmp_path, kind):
     assert np.isclose(share.sum(), 1.0) and face.n_cells == (9 if kind is MeshHex else 18)
     assert np.allclose(share @ face["pressure"], 3.0) and np.allclose(share @ face["shear"], [-0.5, 0.25, 0.0])
     assert "status" not in face.point_data and not list(tmp_path.glob("state/* *"))
+
+
+@pytest.mark.parametrize("mirror", [1.0, -1.0])
+@pytest.mark.parametrize("element", ["linear", "quadratic"])
+@pytest.mark.parametrize("kind", [MeshTri, MeshQuad, MeshTet, MeshHex])
+def test_cells_are_right_handed_however_the_mesh_counts(tmp_path, kind, element, mirror):
+    """Else VTK takes their volumes for negative, and integrals and fluxes are wrong: tetrahedra of scikit-fem are of either hand."""
+    d, x = kind().dim(), np.linspace(0, 1, 3)
+    across = np.diag([mirror, *[1.0] * (d - 1)])
+    bodies = {name: fo.Body(turned(box(kind, *[x] * (d - 1), x + low), across), element=element) for name, low in (("a", 0.0), ("b", -1.0))}
+    model = fo.ContactModel(bodies, [fo.Support("b", f"{'xyz'[d - 1]}-")], {"P": [fo.Pressure("a", f"{'xyz'[d - 1]}+")]})
+    fields = model.recover({"P": 1.0}, np.zeros(model.condense().slip_shape))
+    fo.write_paraview(tmp_path / "state.vtm", model, fields)
+    blocks = opened(tmp_path / "state.vtm")
+    for name, body in bodies.items():
+        block, mesh = blocks[name], body.mesh
+        assert block.compute_cell_sizes()["Volume" if d == 3 else "Area"].min() > 0
+        whole = Basis(mesh, mesh.elem(), quadrature=(np.array([[0.2], [0.3], [0.1]])[:d], np.ones(1)))  # one place in each element
+        inside = np.asarray(whole.global_coordinates())[..., 0].T
+        found = pyvista.PolyData(np.pad(inside, ((0, 0), (0, 3 - d)))).sample(block)["displacement"][:, :d]
+        expected = np.column_stack([np.asarray(whole.interpolate(u))[:, 0] for u in fields.displacement[name]])
+        assert np.allclose(found, expected, rtol=0, atol=1e-3 * abs(expected).max())
+        out = facing(block)
+        assert np.allclose(out, [0, 0, 1]) if d == 2 else (np.sum(out * (facing(block, "centre") - block.center), axis=1) > 0).all()
+    face = blocks["contact"]
+    assert d == 2 or np.allclose(facing(face), face["normal"][0])
 
 
 def test_each_contact_has_its_facets(tmp_path):

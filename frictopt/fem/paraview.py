@@ -13,6 +13,7 @@ from ..contact import LoadCycle
 from ..contact.checks import Array
 from ..contact.tolerances import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS
 from ..errors import ModelError
+from .faces import facets_around
 from .given import same_point
 from .matrices.meshes import file_path, meshio_library
 from .model import ContactModel
@@ -162,7 +163,7 @@ def _faces(model: ContactModel) -> list[Integers]:
     at, near = parts.points[parts.interface.nodes], same_point(parts.points)
     for number, contact in enumerate(model.contacts):
         body = parts.bodies[contact.body_1]
-        corners = parts.first_node[contact.body_1] + body.mesh.facets[:, body.boundary(contact.boundary_1, "contacts")].T
+        corners = parts.first_node[contact.body_1] + facets_around(body.mesh, body.boundary(contact.boundary_1, "contacts"))
         place = np.full(corners.shape, -1)
         for pairs in (np.flatnonzero(parts.contact == number), np.arange(len(at))):  # a corner may be in a pair of another contact
             distance, nearest = cKDTree(at[pairs]).query(parts.points[corners])

@@ -26,6 +26,7 @@ from .matrices.meshes import meshio_library
 from .rigid import node_graph
 
 _COMPONENTS = ("xx", "yy", "xy", "zz", "xz", "yz")  # the first four in the plane
+_ARMS = {"triangle": [1, 2], "quad": [1, 3], "tetra": [1, 2, 3], "hexahedron": [1, 3, 4]}  # in the order of VTK, next to the first node
 _VTK = [_COMPONENTS.index(name) for name in ("xx", "yy", "zz", "xy", "yz", "xz")]
 
 
@@ -157,12 +158,17 @@ def von_mises(stress: Array) -> Array:
 
 
 def in_meshio(mesh: Any) -> Any:
-    """A mesh of scikit-fem as one in space of meshio."""
+    """A mesh of scikit-fem as one in space of meshio, its elements right-handed: VTK counts the volume of others as negative."""
     meshio_library()
     from skfem.io.meshio import to_meshio  # here, for it imports meshio
 
-    whole = to_meshio(mesh, encode_cell_data=False)
+    whole, places = to_meshio(mesh, encode_cell_data=False), mesh.elem().doflocs
     whole.points = np.pad(mesh.p.T, ((0, 0), (0, 3 - mesh.dim())))
+    cells, arms = whole.cells[0].data, _ARMS[whole.cells[0].type.rstrip("0123456789")]
+    left = np.linalg.det(mesh.p.T[cells[:, arms]] - mesh.p.T[cells[:, :1]]) < 0
+    places = places[(cells[0][:, None] == mesh.dofs.element_dofs[:, 0]).argmax(axis=1)]
+    mirrored = places[:, [1, 0, 2][: mesh.dim()]]
+    cells[left] = cells[left][:, np.linalg.norm(mirrored[:, None] - places, axis=2).argmin(axis=1)]
     return whole
 
 
