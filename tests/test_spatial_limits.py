@@ -9,8 +9,6 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 import frictopt as fo
-from frictopt.limits.friction_bounds import carried
-from frictopt.limits.question import pose
 from frictopt.reference import smallest_circle, smallest_circle_limit
 from spatial import cycle, random_contact, single, vectors
 from studies.validation.polygons import polygon_limit
@@ -109,9 +107,6 @@ def test_safe_slips_end_at_the_limit_and_its_slip_carries_no_more(seed):
     limit = fo.shakedown_limit(contact, cycle(), 0.5)
     below, above = (fo.safe_slip(contact, cycle(), 0.5, limit.load_factor * factor) for factor in (1 - 1e-6, 1 + 1e-6))
     assert below.exists and not above.exists and below.margin > 0 > above.margin
-    task = pose(contact, cycle(), 0.5)
-    for begun, expected in ((1.3, 1.0), (0.9, 0.9)):
-        assert carried(task, limit.slip, begun * limit.load_factor, 1) == pytest.approx(expected * limit.load_factor, rel=1e-8)
 
 
 def test_limits_that_hang_on_small_multipliers_are_certified():

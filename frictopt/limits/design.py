@@ -19,7 +19,7 @@ from ..solve.solvers import solve
 from ..solve.standard_form import StandardForm, compiled
 from .design_loads import PROFILE, DesignLoads, built_in, design_loads
 from .design_result import Design
-from .friction_bounds import carried, helpless, safe_set
+from .friction_bounds import helpless, safe_set
 from .judge import answered
 from .own_rows import OF_A_MODEL
 from .question import LimitQuestion, pose
@@ -217,8 +217,6 @@ class DesignModel(SafeModel):
         slips = [frozen(one.solved_slip) for one in every]
         tasks = tuple(pose(system, cycle, one.task.friction, slip_bound=self._asked.most) for cycle, one in zip(cycles, every, strict=True))
         load_factor = max(0.0, float(program.load_factor.value) * program.task.load_unit)
-        if system.tangents > 1:
-            load_factor = max(0.0, min(carried(task, slip, load_factor, 1) for task, slip in zip(tasks, slips, strict=True)))
         form = StandardForm(program.problem)
         value, bound = form.bounds
         unsafe = max(task.violation(load_factor, slip) for task, slip in zip(tasks, slips, strict=True))

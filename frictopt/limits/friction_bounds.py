@@ -6,7 +6,6 @@ from scipy.optimize import nnls
 
 from ..contact import LoadCycle
 from ..contact.checks import Array, Booleans
-from ..contact.coulomb import reach
 from ..contact.tolerances import NO_COUPLING, ROUNDING
 from .answered import Mechanism
 from .design_loads import DesignLoads
@@ -15,7 +14,6 @@ from .safe_set import Rows, SafeSet, ruling
 
 _ROWS = {"no_forward_slip": ("forward", 1.0), "no_backward_slip": ("backward", -1.0), "no_opening": ("opening", 0.0)}  # with the sense of the shear
 _INSIDE = ROUNDING  # distance of a corner from the hull of the others, over its size, that counts as none
-_CARRIED = ROUNDING / 10  # excess over a circle, in mean normal forces, up to which a slip carries its load factor
 
 
 def safe_set(task: LimitQuestion, design: DesignLoads | None = None) -> SafeSet:
@@ -135,12 +133,6 @@ class Circles(SafeSet):
         moves = np.dstack([slips, task.friction * force + opening]).transpose(0, 2, 1) / unit
         return Mechanism(moves, task.friction, *self.held()), force / unit
 
-    @property
-    def solved_load_factor(self) -> float:
-        """The load factor of the solution, >= 0, moved to what its slip carries."""
-        value = float(self.load_factor.value) * self.task.load_unit
-        return max(0.0, carried(self.task, self.solved_slip, value, 1 if isinstance(self.problem.objective, cp.Maximize) else -1))
-
 
 def bare(task: LimitQuestion, designed: bool = False) -> tuple[Booleans, Booleans]:
     """(K, N) where the friction bound of a node vanishes at a corner, whatever the slip, the load factor, and the design where there is one.
@@ -194,27 +186,3 @@ def _outer_corners(cycle: LoadCycle) -> list[int]:
         if others and nnls(points[:, others], points[:, corner])[1] <= _INSIDE:
             kept = others
     return kept
-
-
-def carried(task: LimitQuestion, slip: Array, load_factor: float, sense: int) -> float:
-    """The load factor, lowered (or raised: sense -1) in closed form to where the slip keeps every node within its circle at every corner.
-
-    Circles count from rounding on: where a node carries nothing, what it can carry is lost in it.
-    """
-    f, r, r1 = task.friction, task.states(load_factor, slip)[1], sense * task.r1
-    q, p, q1, p1 = r[:, :2].swapaxes(1, 2), r[:, 2], r1[:, :2].swapaxes(1, 2), r1[:, 2]
-    beyond = np.linalg.norm(q, axis=-1) - f * p > _CARRIED * task.force
-    pulls = task.opening & (p < -_CARRIED * task.force) & (p1 < 0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        back = np.where(beyond, reach(q, f * p, q1, f * p1), 0.0)
-        shut = np.where(pulls, p / -p1, 0.0)
-        touch = 0.0 if task.lift is None else _back_to_open(task, slip, load_factor, sense)
-    return load_factor + sense * float(min(np.where(np.isfinite(back), back, 0.0).min(), shut.min(), touch, 0.0))
-
-
-def _back_to_open(task: LimitQuestion, slip: Array, load_factor: float, sense: int) -> float:
-    """Change of the load factor, times its sense, at which open nodes that overlap only touch; 0 where none does."""
-    rate = sense * task.w1
-    gap = task.gaps(load_factor, slip)
-    closes = (gap < -_CARRIED * task.clearance) & (rate < 0)
-    return float(np.where(closes, gap / np.where(closes, -rate, 1.0), 0.0).min(initial=0.0))

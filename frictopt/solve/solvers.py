@@ -18,9 +18,8 @@ from .standard_form import polish
 # Primal simplex without presolve: v = 0 is often feasible and the rows are dense, which makes it 2 to 4 times faster here than the default.
 _HIGHS = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "time_limit": 600.0, "small_matrix_value": 1e-12}
 # Of a mixed-integer program only the status is taken, so that tolerances matter little. HiGHS 1.15 calls feasible ones infeasible when they are much
-# tighter than these, and crashes on infeasible ones without presolve: hence two tolerances, and presolve always.
+# tighter than these, and crashes on infeasible ones without presolve.
 _HIGHS_MIP = {"mip_feasibility_tolerance": 1e-8, "primal_feasibility_tolerance": 1e-8, "mip_rel_gap": 0.0, "mip_abs_gap": 0.5, "time_limit": 600.0}
-_LOOSE = {"mip_feasibility_tolerance": 1e-6, "primal_feasibility_tolerance": 1e-7}
 _CLARABEL = {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10, "max_iter": 200, "max_threads": 1, "time_limit": 600.0}
 _OPTIONS: MappingProxyType[str, Mapping[str, object]] = MappingProxyType(
     {
@@ -30,7 +29,6 @@ _OPTIONS: MappingProxyType[str, Mapping[str, object]] = MappingProxyType(
         "CLARABEL_DIRECT": {**_CLARABEL, "equilibrate_enable": False},  # ends more exactly on condensed contacts: fewer need the polish
         "INTERIOR_POINT": {"canon_backend": "SCIPY"},  # compiles the dense block faster than cvxpy's own one
         "HIGHS_MIP": {"highs_options": _HIGHS_MIP},
-        "HIGHS_MIP_LOOSE": {"highs_options": {**_HIGHS_MIP, **_LOOSE}},
     }
 )
 LP_SOLVERS = ("HIGHS", "CLARABEL", "HIGHS_IPM")
@@ -39,8 +37,8 @@ SOCP_SOLVERS = ("CLARABEL_DIRECT", "CLARABEL", "INTERIOR_POINT")
 """Solvers of cone programs, convex quadratic ones among them, in the order in which they are tried: the first one takes the rows as they stand."""
 LARGE_SOCP_SOLVERS = ("INTERIOR_POINT", "CLARABEL_DIRECT", "CLARABEL")
 """The same for large ones with a linear objective."""
-MILP_SOLVERS = ("HIGHS_MIP", "HIGHS_MIP_LOOSE")
-"""Solvers of the mixed-integer programs (whose objectives count, so that a gap of 0.5 is none), in the order in which they are tried."""
+MILP_SOLVERS = ("HIGHS_MIP",)
+"""Solver of the mixed-integer programs, whose objectives count, so that a gap of 0.5 is none."""
 
 
 LP, MILP, SOCP, LARGE_SOCP = "linear program", "mixed-integer program", "cone program", "large cone program"  # kinds, each with its own solvers
