@@ -17,6 +17,6 @@ found.plot()
 # %%
 # Below the limit the start decides whether slip stops. Up to which load factor does it, for a contact assembled by its mean load?
 
-practical = fo.limit_after_protocol(system, cycle, friction=0.6)
-print(practical)
-practical.plot()
+after = fo.limit_after_protocol(system, cycle, friction=0.6)
+print(after)
+after.plot()

@@ -48,7 +48,7 @@ def _against_friction(axes: Any, table: pd.DataFrame) -> None:
     color = SERIES[len(meshes) - 1]["color"]
     axes.plot(finest["friction"], finest["shakedown"], color=color, linestyle=_SHAKEDOWN)
     axes.fill_between(finest["friction"], finest["guaranteed"], finest["shakedown"], color=_SHADE, lw=0)
-    axes.text(0.655, 0.85, "the start\ndecides", ha="center", va="center")
+    axes.text(0.88, 1.5, "the start\ndecides", ha="center", va="center")
     axes.set_xlim(table["friction"].min(), table["friction"].max())
     axes.set_ylim(0, 1.02 * finest["shakedown"].max())
     axes.set_xlabel("coefficient of friction $f$")

@@ -33,6 +33,6 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
         axes.plot(rows["friction"], rows["ratio"], label=name, **look, mfc="white", mew=0.8)
     axes.set_ylim(-0.03, 1.05)
     axes.set_xlabel("coefficient of friction $f$")
-    axes.set_ylabel(r"practical limit $\lambda / \lambda_2$")
+    axes.set_ylabel(r"limit after the protocol $\lambda / \lambda_2$")
     figure.legend(*axes.get_legend_handles_labels(), loc="outside right center")
     return figure

@@ -189,7 +189,7 @@ def at(ax, label):
     return next(line.get_xdata()[0] for name, line in labelled(ax).items() if name.startswith(label))
 
 
-def test_a_practical_limit_shows_what_became_of_the_contact_at_each_load_factor():
+def test_a_limit_after_a_protocol_shows_what_became_of_the_contact_at_each_load_factor():
     start = fo.guaranteed_limit(PAIR, CYCLE, F).slip
     limit = fo.limit_after_protocol(PAIR, CYCLE, F, start=start, scan=10)
     ax = limit.plot()
@@ -200,7 +200,7 @@ def test_a_practical_limit_shows_what_became_of_the_contact_at_each_load_factor(
             outcome = fo.steady_state(PAIR, CYCLE, F, factor, initial_slip=start).outcome
             assert (outcome is fo.Outcome.SHAKEDOWN) == (name == "comes to rest")
     assert sum(map(len, drawn.values())) == len(limit.tried)
-    assert at(ax, "practical limit") == limit.load_factor == drawn["comes to rest"].max() < drawn["keeps slipping"].min()
+    assert at(ax, "limit after the protocol") == limit.load_factor == drawn["comes to rest"].max() < drawn["keeps slipping"].min()
     assert at(ax, "shakedown limit") == pytest.approx(linprog_limit(PAIR, CYCLE, F)[1], rel=1e-8)
     assert ax.get_title() == rf"comes to rest up to $\lambda$ = {limit.load_factor:.5g}" and ax.get_xlabel() == r"load factor $\lambda$"
     assert ax.get_xlim()[0] == 0

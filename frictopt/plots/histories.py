@@ -24,13 +24,13 @@ _PROFILES = 6  # contacts whose profiles are drawn
 
 
 @picture.register
-def _practical_limit(limit: LimitAfterProtocol, ax: Axes | None = None) -> Axes:
+def _limit_after_protocol(limit: LimitAfterProtocol, ax: Axes | None = None) -> Axes:
     """The load factors tried, in a row for each outcome."""
     (axes,) = new_axes(ax, size=_STRIP)
     again = "" if limit.monotonic else ", and at some load factors above"
     axes.set_title(equals(r"comes to rest up to $\lambda$", limit.load_factor) + again)
     _rows(axes, limit.tried["load_factor"], limit.tried["outcome"])
-    axes.axvline(limit.load_factor, color=GREY, lw=0.8, zorder=0, label="practical limit")
+    axes.axvline(limit.load_factor, color=GREY, lw=0.8, zorder=0, label="limit after the protocol")
     _limit_line(axes, r"shakedown limit $\lambda_2$", limit.shakedown_limit, BLACK)
     axes.set_xlabel(r"load factor $\lambda$")
     axes.set_xlim(left=0.0)

@@ -1,4 +1,4 @@
-"""Questions at the edge about all starts: the found range of dissipation, the least slip, and the practical limit."""
+"""Questions at the edge about all starts: the found range of dissipation, the least slip, and the limit after a protocol."""
 
 from collections.abc import Iterator
 from functools import cache, partial
@@ -48,7 +48,7 @@ def _units(_: Sizes) -> Iterator[Probe]:
         for length in (1e-15, 1e15):
             value = f"force {force:g}, length {length:g}"
             yield Probe("units", value, "found range", partial(most, force, length), partial(known, most), "units of 1", 1e-5)
-            yield Probe("units", value, "practical limit", partial(ratio, force, length), partial(known, ratio), "units of 1", 1e-3)
+            yield Probe("units", value, "limit after a protocol", partial(ratio, force, length), partial(known, ratio), "units of 1", 1e-3)
 
 
 def _friction(_: Sizes) -> Iterator[Probe]:
@@ -60,7 +60,7 @@ def _friction(_: Sizes) -> Iterator[Probe]:
             ask = partial(_most, system, LOADS, f, 1.2 * limit)
             yield Probe("friction", f"{f:g}", "found range, one node", ask, closed, "closed form, one node", floor=1e-12)
         safe = partial(_ratio, system, LOADS, f, fo.shakedown_limit(system, LOADS, f).slip)
-        yield Probe("friction", f"{f:g}", "practical limit of the safe slip, one node", safe, lambda: 1.0, "definition of the limit", 1e-2)
+        yield Probe("friction", f"{f:g}", "limit after the safe slip, one node", safe, lambda: 1.0, "definition of the limit", 1e-2)
 
 
 def _near_limit(sizes: Sizes) -> Iterator[Probe]:

@@ -228,7 +228,7 @@ CHECKS: dict[str, Callable[[Known], tuple[float, bool]]] = {
     "best design": best_design,
     "least slip": least_slip,
     "found range": found_range,
-    "practical limit": limit_after_protocol,
+    "limit after a protocol": limit_after_protocol,
     "exact path": _path,
     "steady state": _steady,
     "safe start": _safe_start,

@@ -9,7 +9,7 @@ from .known import Asked, NotAsked, Wrong, same
 
 _CYCLES = 4  # followed to hold the least slip against
 _BRUTE = 40  # followed to see what becomes of a start
-_MOST_NODES, _EVERY = 6, 16  # cases that are asked for a range or a practical limit, which follow many transients
+_MOST_NODES, _EVERY = 6, 16  # cases that are asked for a range or a limit after a protocol, which follow many transients
 _WITHIN = 1e-8  # shortfall of the weighted slip, over the sum of the sizes of its terms, that counts as rounding
 
 
@@ -70,7 +70,7 @@ def limit_after_protocol(known: Asked) -> tuple[float, bool]:
             raise Wrong(f"{outcome.name} at {factor:.9g}, between {one.load_factor:.9g} and {one.upper:.9g}")
         before, last = fo.march(*known.args, factor, initial_slip=start, cycles=_BRUTE, **known.options).cycle_work.sum(axis=1)[-2:]
         if rests and last > 1e-7 * size * max(1.0, factor) ** 2 and last > 0.999 * before:
-            raise Wrong(f"cycles still dissipate {last:.3e} at the practical limit {factor:.9g}")
+            raise Wrong(f"cycles still dissipate {last:.3e} at the limit after a protocol {factor:.9g}")
         compared = True
     return one.residual, compared
 

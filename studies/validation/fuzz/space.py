@@ -185,7 +185,7 @@ _SPACE: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
     "best design, 3-D": best_design,
     "least slip, 3-D": least_slip,
     "found range, 3-D": found_range,
-    "practical limit, 3-D": limit_after_protocol,
+    "limit after a protocol, 3-D": limit_after_protocol,
     "increment, 3-D": partial(_increment, engine=NewtonIncrement),
     "increment by cones, 3-D": partial(_increment, engine=FrozenBoundIncrement),
     "steady state above the limit, 3-D": _steady,
