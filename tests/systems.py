@@ -110,6 +110,16 @@ def linprog_limit(contact, cycle, friction, most=None, upper=(), equal=(), least
     return answer.status, {0: answer.fun if least or answer.fun is None else -answer.fun, 3: np.inf}.get(answer.status, np.nan)
 
 
+def linprog_margin(contact, cycle, friction, load_factor, most=None, upper=()):
+    """Largest margin at a load factor of raw slips of at most `most`, by scipy. More rows `(a, b, right)` mean `a @ v + b margin <= right`."""
+    n, (rows, right) = contact.nodes, corner_rows(contact, cycle, friction)
+    unit = np.mean([(friction * contact.reaction(loads)[1]).mean() for loads in cycle.unscaled])
+    stuck = np.column_stack([rows.reshape(-1, n + 1)[:, :-1], np.full(right.size, unit)])
+    rows, right = np.vstack([stuck, *(np.append(a, b) for a, b, _ in upper)]), (right - load_factor * rows[..., -1]).ravel()
+    slips = [(None, None)] * n if most is None else [(-m, m) for m in np.broadcast_to(most, n)]
+    return -linprog(-np.eye(n + 1)[-1], rows, np.r_[right, [c for *_, c in upper]], bounds=[*slips, (None, 1)]).fun
+
+
 def on_both_bounds(contact, cycle, friction, **options):
     """(N, 2) least and largest load factor at which a safe slip holds a node on both its bounds, by scipy; nan where none does."""
     rows, right = corner_rows(contact, cycle, friction)

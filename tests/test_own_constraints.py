@@ -5,13 +5,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.optimize import linprog
 
 import frictopt as fo
 from oracle import Oracle
 from spatial import cycle as spatial_cycle
 from spatial import random_contact
-from systems import CYCLE, explained, linprog_limit, mirrored, on_both_bounds, random_system
+from systems import CYCLE, explained, linprog_limit, linprog_margin, mirrored, on_both_bounds, random_system
 from test_slip_bound import freed
 
 BOTH = pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
@@ -144,7 +143,7 @@ def test_a_sweep_under_constraints_is_one_compiled_problem_and_rates_are_slopes(
 
 
 @pytest.mark.parametrize(
-    ("constraint", "message"),
+    ("part", "message"),
     [
         (lambda model: True, r"constraints\[0\]: True"),
         (lambda model: model.slip, r"constraints\[0\]"),
@@ -153,12 +152,17 @@ def test_a_sweep_under_constraints_is_one_compiled_problem_and_rates_are_slopes(
         (lambda model: model.slip <= cp.Variable(3, nonneg=True, name="own"), r"constraints\[0\]: variable own"),
         (lambda model: model.slip <= cp.Parameter(name="most"), r"constraints\[0\]: parameter most"),
         (lambda model: fo.ShakedownModel(*TWO).slip <= 1, r"constraints\[0\].*another model"),
+        (lambda model: 3.0, "objective: 3.0"),
+        (lambda model: model.slip, "objective: .*scalar"),
+        (lambda model: cp.norm1(model.slip), "objective: not convex"),
+        (lambda model: cp.sum(cp.Variable(2)), "objective: it grows without end"),
     ],
 )
-def test_bad_constraints_are_refused(constraint, message):
+def test_bad_constraints_and_objectives_are_refused(part, message):
     model = fo.ShakedownModel(*TWO)
+    asked = {"objective": part(model)} if message.startswith("objective") else {"constraints": [part(model)]}
     with pytest.raises(fo.ModelError, match=message):
-        model.solve(0.4, [constraint(model)])
+        model.solve(0.4, **asked)
 
 
 TWO = random_system(np.random.default_rng(0), 3), CYCLE
@@ -210,22 +214,13 @@ def test_constraints_raise_the_guaranteed_limit_and_the_problem_is_that_of_its_n
 )
 def test_the_margin_under_constraints(seed, f, factor, size):
     contact = random_system(np.random.default_rng(seed), 3)
-    (q0, p0), (q1, p1) = CYCLE.mean_reaction(contact), CYCLE.corner_reactions(contact)
-    unit = (f * p0).mean()
-    rows, right = [], []
-    for a, b in zip(q0 + factor * q1, p0 + factor * p1, strict=True):
-        for s in (1, -1):
-            rows.append(np.column_stack([s * contact.A - f * contact.B, np.full(3, unit)]))
-            right.append(f * b - s * a)
-        if f < 0.01:
-            rows.append(np.column_stack([-contact.B, np.full(3, unit)]))
-            right.append(b)
-    rows += [np.column_stack([np.eye(3), np.zeros(3)]), np.array([[0.2, -0.3, 0.1, 0.0]])]
-    right += [np.full(3, size), [0.01]]
-    answer = linprog([0, 0, 0, -1], np.vstack(rows), np.concatenate(right), bounds=[(None, None)] * 3 + [(None, 1)])
+    (q0, p0), (q1, p1), tilted = CYCLE.mean_reaction(contact), CYCLE.corner_reactions(contact), np.array([0.2, -0.3, 0.1])
+    upper = [*((row, 0.0, size) for row in np.eye(3)), (tilted, 0.0, 0.01)]
+    if f < 0.01:  # then pressures are in the margin, too
+        upper += [(-row, f * p0.mean(), one) for p in p0 + factor * p1 for row, one in zip(contact.B, p, strict=True)]
     model = fo.SafeSlipModel(contact, CYCLE)
-    safe = model.solve(f, factor, [model.slip <= size, np.array([0.2, -0.3, 0.1]) @ model.slip <= 0.01])
-    assert [safe.margin, safe.bound] == pytest.approx([-answer.fun] * 2, rel=1e-7, abs=1e-8)
+    safe = model.solve(f, factor, [model.slip <= size, tilted @ model.slip <= 0.01])
+    assert [safe.margin, safe.bound] == pytest.approx([linprog_margin(contact, CYCLE, f, factor, upper=upper)] * 2, rel=1e-7, abs=1e-8)
     assert safe.exists is (safe.margin >= -1e-9) and safe.certificate is None and safe.slip.max() <= size + 1e-9
     assert model.slip.value == pytest.approx(safe.slip, abs=1e-9) and model.margin.value == pytest.approx(safe.margin)
     assert model.q.value == pytest.approx(q0 + factor * q1 + contact.A @ safe.slip, abs=1e-9) and model.load_factor.value == factor
@@ -240,16 +235,17 @@ def test_the_rate_of_an_objective_is_its_slope():
     assert at.load_rates.rate.isna().all()
 
 
-@pytest.mark.parametrize(
-    ("objective", "message"),
-    [
-        (lambda model: 3.0, "objective: 3.0"),
-        (lambda model: model.slip, "objective: .*scalar"),
-        (lambda model: cp.norm1(model.slip), "objective: not convex"),
-        (lambda model: cp.sum(cp.Variable(2)), "objective: it grows without end"),
-    ],
-)
-def test_bad_objectives_are_refused(objective, message):
-    model = fo.ShakedownModel(*TWO)
-    with pytest.raises(fo.ModelError, match=message):
-        model.solve(0.4, objective=objective(model))
+def test_constraints_on_a_contact_with_a_node_without_friction_say_that_nothing_is_safe():
+    loads = {"P": [0, 0, 0, 0, 1, 1], "X": [1, 0.4, 0, 0, 0, 0], "Y": [0, 0, 1, 0.3, 0, 0]}
+    pair = fo.ContactSystem(np.eye(6), [[0, 0, 0], [1, 0, 0]], loads)
+    model = fo.ShakedownModel(pair, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"Y": 1.0}]))
+    small = cp.norm(model.slip, 2, axis=1) <= 0.1
+    with pytest.raises(fo.ModelError, match="constraints: node 1 has no friction"):
+        model.solve([0.5, 0.0], [small])
+    assert model.solve([0.5, 0.0]).load_factor == 0.0
+    limit = model.solve([0.5, 0.3], [small])
+    assert limit.kind.name == "FINITE" and np.linalg.norm(limit.slip, axis=1).max() <= 0.1 + 1e-9
+    printed = explained(limit)
+    assert "1 of 2 rows bind" in printed
+    with pytest.raises(fo.ModelError, match="PSD cone"):
+        model.solve([0.5, 0.3], [cp.norm(model.slip, 2) <= 0.1])

@@ -1,5 +1,6 @@
 from functools import cache
 
+import cvxpy as cp
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -8,6 +9,8 @@ from scipy.optimize import linprog
 
 import frictopt as fo
 from frictopt.limits.required_friction import best_pressed
+from spatial import cycle as spatial_cycle
+from spatial import random_contact
 from systems import CYCLE, random_system, stress_of, system
 from test_fixed_part import fixed_contact
 from test_open_nodes import open_contact
@@ -69,18 +72,22 @@ def test_required_friction_is_where_the_ends_of_the_safe_load_factors_cross_the_
     assert required.reactions[1].min() >= -1e-9
 
 
+@pytest.mark.parametrize(("make", "cycle"), [(random_system, CYCLE), (random_contact, spatial_cycle())], ids=["plane", "space"])
 @settings(max_examples=10)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(1, 5), factor=st.floats(0.01, 4.0), most=st.none() | st.floats(0.0, 2.0))
-def test_the_best_pressed_slip_by_another_program(seed, nodes, factor, most):
-    contact = random_system(np.random.default_rng(seed), nodes, coupling=1.0)
-    pressed = best_pressed(contact, CYCLE, factor, None if most is None else np.full(nodes, most))[0]
-    p = CYCLE.mean_reaction(contact)[1] + factor * CYCLE.corner_reactions(contact)[1]
-    force = CYCLE.mean_reaction(contact)[1].mean()
-    rows = np.vstack([np.column_stack([-contact.B, np.full(nodes, force)])] * len(p))
-    slips = [(None if most is None else -most, most)] * nodes
-    raw = linprog(np.r_[np.zeros(nodes), -1.0], rows, p.ravel(), bounds=[*slips, (None, 1.0)])
-    assert pressed.least == pytest.approx(-raw.fun, abs=1e-7)
-    assert pressed.impossible == (raw.fun > 0)
+def test_the_best_pressed_slip_by_another_program(make, cycle, seed, nodes, factor, most):
+    """Where it leaves some node no pressure, no friction is enough."""
+    contact, least = make(np.random.default_rng(seed), nodes, coupling=1.0), cp.Variable()
+    bound, v = None if most is None else np.full(nodes, most), cp.Variable((nodes, contact.tangents))
+    pressed = best_pressed(contact, cycle, factor, bound)[0]
+    p0, p1 = cycle.mean_reaction(contact)[1], cycle.corner_reactions(contact)[1]
+    rows = [p0 + factor * p + contact.B @ cp.vec(v, order="F") >= p0.mean() * least for p in p1]
+    rows += [least <= 1.0, *([] if most is None else [cp.norm(v, 2, axis=1) <= bound])]
+    value = cp.Problem(cp.Maximize(least), rows).solve(solver="CLARABEL", tol_gap_abs=1e-9, tol_gap_rel=1e-9, tol_feas=1e-9)
+    assert pressed.least == pytest.approx(value, abs=1e-7) and pressed.impossible == (value < 0) and pressed.residual <= 1e-9
+    if pressed.least < -1e-6:
+        answer = fo.required_friction(contact, cycle, factor, slip_bound=bound)
+        assert answer.required == np.inf and len(answer.mechanism)
 
 
 @cache

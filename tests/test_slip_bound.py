@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.optimize import linprog
 
 import frictopt as fo
 from frictopt.solve import solvers as policy
 from oracle import Oracle
 from spatial import cycle as spatial_cycle
-from spatial import random_contact
-from systems import CYCLE, corner_rows, linprog_limit, random_system, stress_of
+from spatial import random_contact, single
+from systems import CYCLE, explained, linprog_limit, linprog_margin, random_system, stress_of
 
 
 def freed(contact):
@@ -65,15 +64,11 @@ def test_safe_slips_have_the_largest_reserve_and_certificates_are_proofs(seed, n
     contact, most = random_system(rng, nodes), None if size is None else size * rng.uniform(0.5, 1.5, nodes)
     contact = freed(contact) if free else contact
     safe = fo.safe_slip(contact, CYCLE, f, factor, slip_bound=most, simplify=simplify)
-    (q0, p0), (q1, p1), (rows, right) = CYCLE.mean_reaction(contact), CYCLE.corner_reactions(contact), corner_rows(contact, CYCLE, f)
-    rows, right, unit = rows.reshape(-1, nodes + 1), right.ravel(), f * p0.mean()
-    right, rows[:, -1] = right - factor * rows[:, -1], unit
-    slips = [(None, None)] * nodes if most is None else [(-one, one) for one in most]
-    best = -linprog(-np.eye(nodes + 1)[-1], rows, right, bounds=[*slips, (None, 1)]).fun
+    (q0, p0), (q1, p1), best = CYCLE.mean_reaction(contact), CYCLE.corner_reactions(contact), linprog_margin(contact, CYCLE, f, factor, most)
     assert [safe.margin, safe.bound] == pytest.approx([best] * 2, rel=1e-7, abs=1e-8) and safe.residual <= 1e-9
     assert most is None or (np.abs(safe.slip) <= most).all()
     q, p = q0 + factor * q1, p0 + factor * p1
-    assert (f * (p + contact.B @ safe.slip) - np.abs(q + contact.A @ safe.slip)).min() / unit >= safe.margin - 1e-9
+    assert (f * (p + contact.B @ safe.slip) - np.abs(q + contact.A @ safe.slip)).min() / (f * p0.mean()) >= safe.margin - 1e-9
     limit = linprog_limit(contact, CYCLE, f, most)[1]
     if abs(factor - limit) < 1e-6:
         return
@@ -124,3 +119,13 @@ def test_a_slide_within_the_bound_is_not_lost_beside_a_stiff_node(most, stiff, s
     contact = fo.ContactSystem.from_blocks(A, np.zeros((3, 3)), np.diag([2.0, 2 * share**2, stiff]), [0.0, 1.0, 2.0], bonded)
     cycle, bound = fo.LoadCycle({"P": 1.0}, [{}, {"Q": 1.0}]), [*most, 1.0] / forces
     assert fo.shakedown_limit(contact, cycle, 1.0, slip_bound=bound).load_factor == pytest.approx(1.5, rel=1e-8)
+
+
+def test_a_bound_is_a_circle_whatever_the_directions_of_the_tangents():
+    """One node, unit stiffness, sheared to one side by 2 q: it needs a slip of q to be centred, and carries f p + most without more."""
+    turned = np.deg2rad(31.0)
+    pull = fo.LoadCycle({"P": 1.0}, [{"X": 2 * np.cos(turned), "Y": 2 * np.sin(turned)}, {"P": 0.0}])
+    limit = fo.shakedown_limit(single(), pull, 0.5, slip_bound=0.25)
+    assert limit.load_factor == pytest.approx((0.5 + 0.25) / 2, rel=1e-8) and limit.largest_slip == pytest.approx(0.25, rel=1e-8)
+    printed = explained(limit)
+    assert "slip_bound" in printed and "1 of 1 rows bind" in printed
