@@ -5,7 +5,7 @@ from .contact import (
     ContactSystem,
     LoadCycle,
 )
-from .contact.answers import Outcome
+from .contact.result import Outcome
 from .errors import FrictoptError, ModelError, ModelWarning, NoContinuation, SolverError, StoreError
 from .fem.bodies import Body, Support, split_bodies
 from .fem.bolts import BoltPreload

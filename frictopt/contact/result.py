@@ -1,6 +1,8 @@
-"""Results: portable (pickled and copied with read-only arrays), displayed as a line, a table or a DataFrame, and recorded (how they were found)."""
+"""Results: what kinds there are, how they travel (pickled and copied with read-only arrays) and are displayed, and how they were found."""
 
 import html
+import sys
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
 from enum import Enum
@@ -67,6 +69,39 @@ class Shown(Portable):
     def _repr_html_(self) -> str:
         rows = "".join(f"<tr><th>{html.escape(name)}</th><td>{_html(value)}</td></tr>" for name, value in self._answer().items())
         return f"<table><caption>{type(self).__name__}</caption>{rows}</table>"
+
+
+class LimitKind(Enum):
+    """What kind of answer a limit is.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> print(fo.LimitKind.UNBOUNDED.value)
+    there is no largest safe load factor: check that the corners of the cycle load the contact as they should
+    """
+
+    FINITE = "the limit is finite: stay below it, and not below the least safe load factor where that is above 0"
+    UNBOUNDED = "there is no largest safe load factor: check that the corners of the cycle load the contact as they should"
+    NO_SAFE_SLIP = "no load factor has a safe residual slip: change the mean load, the friction or the slip bound, see the reason"
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
+class Outcome(Enum):
+    """The long-run behaviour of a contact.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> print(fo.Outcome.SHAKEDOWN.value)
+    the contact stops slipping: its residual slip keeps every later cycle without dissipation
+    """
+
+    SHAKEDOWN = "the contact stops slipping: its residual slip keeps every later cycle without dissipation"
+    CYCLIC_SLIP = "the contact slips back and forth for ever, the same in every cycle"
+    RATCHETING = "the contact slips for ever and its slip drifts by the same amount in every cycle"
 
 
 @dataclass(frozen=True)
@@ -197,3 +232,14 @@ def _text(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
     return value.name if isinstance(value, Enum) else str(value)
+
+
+def bar_of(show: bool, what: str, unit: str, **counts: int) -> Any:
+    """A bar of tqdm, to be used in a `with`; in a notebook without ipywidgets one of text."""
+    from tqdm import TqdmWarning  # only long computations need it
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", TqdmWarning)  # that ipywidgets is missing
+        from tqdm.auto import tqdm
+    seen = False if "ipykernel.zmqshell" in sys.modules else None  # None: on a terminal
+    return tqdm(desc=what, unit=unit, disable=seen if show else True, **counts)

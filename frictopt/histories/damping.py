@@ -8,10 +8,9 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
-from ..contact.answers import Outcome
 from ..contact.checks import Array, finite_number, finite_numbers, flag, frozen, warns_of_odd_values
 from ..contact.cycle import checked_cycle
-from ..contact.result import Plotted, Shown
+from ..contact.result import Outcome, Plotted, Shown
 from ..contact.system import checked_system, reactions
 from ..contact.tolerances import ROUNDING
 from ..errors import ModelError, NoContinuation

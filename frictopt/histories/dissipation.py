@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..contact.checks import LARGEST_SEED, Array, finite_numbers, flag, frozen, listed, shown, warns_of_odd_values, whole_number
 from ..contact.cycle import checked_cycle
-from ..contact.progress import bar_of
+from ..contact.result import bar_of
 from ..contact.system import checked_system
 from ..errors import ModelError, SolverError, StoreError
 from ..limits import ShakedownLimit, shakedown_limit

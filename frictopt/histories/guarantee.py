@@ -8,11 +8,10 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactState, LoadCycle
-from ..contact.answers import Outcome
 from ..contact.checks import LARGEST_SEED, Array, finite_number, frozen, whole_number
 from ..contact.coulomb import lengths
 from ..contact.parts import parted
-from ..contact.result import Shown
+from ..contact.result import Outcome, Shown
 from ..contact.system import reactions
 from ..errors import ModelError, NoContinuation
 from ..limits import GuaranteedLimit, safe_vertices

@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike
 from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients
 from ..contact.checks import Array, finite_array, finite_number, flag, frozen, real_array, warns_of_odd_values
 from ..contact.parts import joined, parted
-from ..contact.progress import bar_of
-from ..contact.result import SolveRecord
+from ..contact.result import SolveRecord, bar_of
 from ..contact.system import checked_system
 from ..errors import ModelError, NoContinuation, SolverError
 from ..transients import SteadyState, steady_state

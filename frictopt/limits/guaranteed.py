@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.answers import LimitKind
 from ..contact.checks import Array, frozen, listed, warns_of_odd_values
-from ..contact.result import SolveRecord
+from ..contact.result import LimitKind, SolveRecord
 from ..errors import ModelError, SolverError
 from .critical_search import COINCIDE_ALONE, LEFT_OUT, CriticalSearch, NodeClaim, set_node
 from .critical_state import critical_states, load_factor_bounds

@@ -6,9 +6,8 @@ from typing import TypeAlias, TypeVar
 
 import numpy as np
 
-from ..contact.answers import LimitKind
 from ..contact.checks import Array
-from ..contact.result import SolveRecord
+from ..contact.result import LimitKind, SolveRecord
 from ..contact.tolerances import FLOOR, RESIDUAL
 from ..solve.standard_form import StandardForm
 from .answered import Answered, Mechanism

@@ -19,9 +19,8 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle
-from ..contact.answers import LimitKind
 from ..contact.checks import Array, listed, warns_of_odd_values
-from ..contact.result import SolveRecord
+from ..contact.result import LimitKind, SolveRecord
 from ..contact.tolerances import RESIDUAL
 from ..errors import SolverError
 from ..solve.solvers import solve

@@ -9,10 +9,9 @@ import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact.answers import LimitKind
 from ..contact.checks import Array, finite_number, frozen
 from ..contact.diagnosis import unscaled_diagnosis
-from ..contact.result import SolveRecord, frame
+from ..contact.result import LimitKind, SolveRecord, frame
 from ..errors import ModelError
 from ..solve.explain import Units, explain
 from .answered import Mechanism, Rated

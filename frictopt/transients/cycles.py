@@ -6,8 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..contact.answers import Outcome
 from ..contact.parts import parted
+from ..contact.result import Outcome
 from ..contact.tolerances import PERIODIC, REPEATED, RESIDUAL
 from ..errors import NoContinuation, SolverError
 from .begin import Cycle, Transient

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..contact.checks import Array, choice, flag, frozen, warns_of_odd_values, whole_number
 from ..contact.parts import parted
-from ..contact.progress import bar_of
+from ..contact.result import bar_of
 from ..contact.system import checked_system
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError, NoContinuation, SolverError

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..contact import ContactState, ContactSystem, LoadCycle
-from ..contact.answers import Outcome
 from ..contact.checks import Array, finite_number, frozen, whole_number
-from ..contact.result import Plotted, Recorded, SolveRecord, components, frame, places
+from ..contact.result import Outcome, Plotted, Recorded, SolveRecord, components, frame, places
 from ..contact.tolerances import SAME_STATE
 from ..errors import ModelError, SolverError
 from .fretting import fretting_table, worst_planes

@@ -6,12 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle
-from ..contact.answers import Outcome
 from ..contact.checks import finite_number, flag, warns_of_odd_values, whole_number
 from ..contact.coulomb import off_law
 from ..contact.parts import parted
-from ..contact.progress import bar_of
-from ..contact.result import SolveRecord
+from ..contact.result import Outcome, SolveRecord, bar_of
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import NoContinuation, SolverError
 from .cycles import Run, Settled
