@@ -25,6 +25,7 @@ LARGEST_SEED = 2**63 - 1
 Array: TypeAlias = NDArray[np.float64]
 Names: TypeAlias = NDArray[np.str_]
 Booleans: TypeAlias = NDArray[np.bool_]
+Integers: TypeAlias = NDArray[np.intp]
 T = TypeVar("T")
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -192,7 +193,7 @@ def whole_number(name: str, value: object, *, least: int, most: int = 10**6) -> 
     return int(value)
 
 
-def whole_array(name: str, values: object, shape: tuple[int | None, ...], *, least: int, most: int) -> NDArray[np.intp]:
+def whole_array(name: str, values: object, shape: tuple[int | None, ...], *, least: int, most: int) -> Integers:
     """Check that `values` is an array of integers from `least` to `most`, of `shape` (None in it: any length), and return a copy."""
     numbers = finite_array(name, values, shape)
     fits = (numbers == np.round(numbers)) & (numbers >= least) & (numbers <= most)

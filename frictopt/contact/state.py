@@ -4,11 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ..errors import ModelError
-from .checks import Array, finite_array, real_array, shown, whole_number
+from .checks import Array, Booleans, finite_array, real_array, shown, whole_number
 from .result import Shown, components, frame
 from .system import ContactSystem
 
@@ -71,7 +68,7 @@ class ContactState(Shown):
             object.__setattr__(self, name, value)
 
     @property
-    def open(self) -> NDArray[np.bool_]:
+    def open(self) -> Booleans:
         """(N,) which nodes have a gap."""
         return self.gap > 0
 

@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 from scipy.sparse import block_diag, csr_matrix, diags, identity, vstack
 
-from ..contact.checks import Array, place, shown
+from ..contact.checks import Array, Integers, place, shown
 from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
 from .bodies import Body, Support
@@ -19,7 +19,6 @@ from .elements import midside_ties
 from .given import same_point
 from .interface import Interface, frames_of, guided, openings
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
-from .ordering import Integers
 from .rigid import assemblies, node_graph
 
 Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Displacement | Interference | BoltPreload

@@ -8,12 +8,12 @@ import numpy as np
 from scipy.sparse import csr_matrix, hstack
 from skfem import Mesh
 
-from ..contact.checks import Array
+from ..contact.checks import Array, Integers
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Kinematics, Part, boundary_forces
 from .elements import facet_nodes, points_from
-from .ordering import Integers, parts_of
+from .ordering import parts_of
 
 _FLAT = 1e-3  # share of its extent by which a section may be out of its plane: decks have few digits
 

@@ -10,12 +10,12 @@ from scipy.sparse import block_array, csr_matrix, hstack, identity
 from scipy.sparse.csgraph import connected_components
 
 from ..contact import ContactSystem
-from ..contact.checks import Array, checked_contact, finite_array, place
+from ..contact.checks import Array, Integers, checked_contact, finite_array, place
 from ..contact.tolerances import EQUILIBRIUM
 from ..errors import ModelError
 from .given import check_forgotten, checked_forces, checked_gap, checked_normals, checked_pairs, checked_rows, checked_stiffness, same_point
 from .interface import Interface, check_course, check_sides, frames_of, guided, half_widths, openings
-from .ordering import NO_ROWS, Integers
+from .ordering import NO_ROWS
 from .rigid import balanced, check_supports, free_motions, node_graph, slips_of
 from .schur import Elimination, nested_dissection
 

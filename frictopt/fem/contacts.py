@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 from skfem import Mesh
 
-from ..contact.checks import Array, check_text, finite_number, place, shown
+from ..contact.checks import Array, Integers, check_text, finite_number, place, shown
 from ..contact.parts import checked_springs
 from ..contact.tolerances import COUNTS, SAME_POINT
 from ..errors import ModelError
@@ -18,7 +18,6 @@ from .bodies import Body
 from .elasticity import Kinematics, Part, boundary_forces, circumference, values_at
 from .faces import Overlaps, areas_of, course, facet_overlaps, facets_around, mortar_projection, sag
 from .given import same_point
-from .ordering import Integers
 
 _FACED = 0.5  # least share of a facet of body 1 that faces body 2: the ends and rims of round faces miss each other by their sag
 

@@ -7,10 +7,10 @@ from scipy.cluster.hierarchy import DisjointSet
 from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
-from ..contact.checks import Array, place
+from ..contact.checks import Array, Integers, place
 from ..errors import ModelError
 from .contacts import Contact
-from .ordering import Integers, parts_of
+from .ordering import parts_of
 
 
 def shares(

@@ -6,10 +6,9 @@ import numpy as np
 from scipy.sparse import csr_matrix, diags
 from skfem import Basis, Element, ElementHexS2, ElementQuadS2, Mesh, MeshHex1, MeshHex2, MeshQuad1, MeshQuad2, MeshTet1, MeshTet2, MeshTri1, MeshTri2
 
-from ..contact.checks import Array, place
+from ..contact.checks import Array, Booleans, Integers, place
 from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
-from .ordering import Flags, Integers
 
 # A mesh of scikit-fem counts its corner nodes first, as `mesh.t` and `mesh.facets` have them, then those amid edges, facets and elements.
 QUADRATIC = {MeshTri1: MeshTri2, MeshQuad1: MeshQuad2, MeshTet1: MeshTet2, MeshHex1: MeshHex2}
@@ -58,7 +57,7 @@ def completion(kind: type[Mesh], given: int) -> Array:
     return functions_of(_SERENDIPITY[given](), given, kind.elem.doflocs.T)[0].T if given in _SERENDIPITY else np.eye(given)
 
 
-def on_facets(kind: type[Mesh]) -> Flags:
+def on_facets(kind: type[Mesh]) -> Booleans:
     """(facets, nodes) which nodes of an element lie on each of its facets."""
     weights, facets = corner_weights(kind), kind.elem.refdom.facets
     return np.array([(np.delete(weights, facet, axis=1) == 0).all(axis=1) for facet in facets])

@@ -7,12 +7,11 @@ from scipy.sparse import csr_matrix, diags
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
-from ..contact.checks import Array, place
+from ..contact.checks import Array, Integers, place
 from ..contact.tolerances import ROUNDING
 from ..errors import ModelError
 from .bodies import Body
 from .interface import frames_of
-from .ordering import Integers
 
 _NEAR = (1 - np.sqrt(1 / 3)) / 2
 _POINTS = {  # of an interval and of a triangle, of equal weight: exact for products of two hat functions, with a linear depth in the plane

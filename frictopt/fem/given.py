@@ -6,11 +6,11 @@ from scipy.sparse import csr_matrix, diags, identity, issparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ..contact.checks import Array, checked_cases, choice, finite_array, frozen, listed, place, whole_array
+from ..contact.checks import Array, Integers, checked_cases, choice, finite_array, frozen, listed, place, whole_array
 from ..contact.tolerances import CONDENSATION, SAME_POINT
 from ..errors import ModelError
 from .interface import Interface
-from .ordering import Integers, parts_of
+from .ordering import parts_of
 
 _SYMMETRY = 10 * CONDENSATION  # asymmetry of a given stiffness, over its largest entry: other codes write ten digits or more
 

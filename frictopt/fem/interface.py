@@ -10,11 +10,10 @@ from scipy.sparse import csc_matrix, csr_matrix, diags, hstack, identity, kron
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import inv
 
-from ..contact.checks import Array, place
+from ..contact.checks import Array, Integers, place
 from ..contact.parts import runs
 from ..contact.tolerances import CONDENSATION, SAME_POINT
 from ..errors import ModelError
-from .ordering import Integers
 
 _ASIDE = 1e3 * CONDENSATION  # share of its distance by which a node may be aside, and of its stiffness by which it may be pulled: rounding
 _ONE, _ALL = 8, 0.75  # nodes of one element, which are all joined; share of all nodes that are joined in models that are reduced

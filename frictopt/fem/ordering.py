@@ -1,15 +1,13 @@
 """Numbers of nodes: parts that hang together, and places among others."""
 
 from collections.abc import Sequence
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-Integers: TypeAlias = NDArray[np.intp]
-Flags: TypeAlias = NDArray[np.bool_]
+from ..contact.checks import Integers
 
 NO_ROWS: Integers = np.zeros(0, dtype=np.intp)
 

@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..contact import LoadCycle
-from ..contact.checks import Array
+from ..contact.checks import Array, Integers
 from ..contact.tolerances import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS
 from ..errors import ModelError
 from .faces import facets_around
 from .given import same_point
 from .matrices.meshes import file_path, meshio_library
 from .model import ContactModel
-from .ordering import Integers
 from .recovery import BodyFields
 
 _CELLS = {2: "line", 3: "triangle", 4: "quad"}

@@ -5,11 +5,11 @@ from scipy.sparse import csc_matrix, csr_matrix, hstack, identity
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
-from ..contact.checks import Array, place
+from ..contact.checks import Array, Integers, place
 from ..contact.tolerances import CONDENSATION, EQUILIBRIUM, SAME_POINT
 from ..errors import ModelError
 from .interface import Interface
-from .ordering import NO_ROWS, Integers
+from .ordering import NO_ROWS
 
 _FREE_MOTION = CONDENSATION  # a rigid motion is free if its forces, over the stiffness of the nodes it moves, are smaller: rounding of the stiffness
 

@@ -6,9 +6,8 @@ import numpy as np
 from scipy.linalg import LinAlgError, blas, lapack
 from scipy.sparse import csr_matrix, triu
 
-from ..contact.checks import Array
+from ..contact.checks import Array, Integers
 from ..contact.tolerances import ROUNDING
-from .ordering import Integers
 
 _LEAF = 64  # parts of at most this many nodes are not cut further
 _FAR, _NEAR, _SEPARATOR = 0, 1, 2  # sides of a cut

@@ -10,10 +10,9 @@ from copy import copy
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linprog
 
-from ..contact.checks import Array
+from ..contact.checks import Array, Booleans
 from ..contact.parts import parted
 from ..contact.tolerances import CONDENSATION
 from ..transients.begin import OPEN, STICK, Transient
@@ -174,7 +173,7 @@ def increment_map(path: SteppedPath) -> ReturnMap:
     )
 
 
-def _after(S: Array, f: Array, point: Point, D: Array, slips: NDArray[np.bool_], d: Array) -> Array:
+def _after(S: Array, f: Array, point: Point, D: Array, slips: Booleans, d: Array) -> Array:
     """(M, M) derivative of u after an increment by `d` (t, N) to a state at which some nodes slip, from that before it."""
     n, t, opened = len(f), len(d), point.status == OPEN
     moving = np.r_[np.tile(slips | opened, t), opened]

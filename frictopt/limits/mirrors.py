@@ -11,19 +11,17 @@ from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
 from ..contact import ContactSystem
-from ..contact.checks import Array
+from ..contact.checks import Array, Integers
 from ..contact.tolerances import CONDENSATION, ROUNDING, SAME_POINT
 from .answered import Mechanism
 from .question import Images, LimitQuestion
 
-Integers = NDArray[np.intp]
 M = TypeVar("M", Mechanism, None)
 
 _ALONG = 10 * CONDENSATION  # error of tangents that lie along a mirror plane or across it, as of frames

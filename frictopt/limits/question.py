@@ -5,10 +5,10 @@ from time import perf_counter
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
-from ..contact.checks import Array, Booleans, flag, per_node
+from ..contact.checks import Array, Booleans, Integers, flag, per_node
 from ..contact.coulomb import lengths, off_law
 from ..contact.cycle import checked_cycle
 from ..contact.parts import parted
@@ -16,7 +16,7 @@ from ..contact.system import checked_system, reactions
 from ..contact.tolerances import CONDENSATION, NO_COUPLING
 from ..errors import ModelError
 
-Images: TypeAlias = tuple[NDArray[np.intp], NDArray[np.intp], Array]
+Images: TypeAlias = tuple[Integers, Integers, Array]
 """Where a part of a contact is on the whole one, G times: (G, K) corners, (G, m) unknowns and their signs."""
 
 _MOST_SHEAR = 1e6  # a mean shear force above so many mean normal forces leaves fewer digits of them than the proofs need

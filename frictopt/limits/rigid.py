@@ -1,11 +1,10 @@
 """Slips that nothing resists, and the compliance and the tractions of what is left."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cholesky, lu_factor, lu_solve, qr
 from scipy.linalg.lapack import dpotri
 
-from ..contact.checks import Array
+from ..contact.checks import Array, Integers
 from ..contact.tolerances import RIGID
 from .question import LimitQuestion
 
@@ -43,7 +42,7 @@ def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:
     return rigid, np.asarray(compliance - (compliance @ rigid) @ rigid.T)
 
 
-def balanced(rigid: Array) -> tuple[NDArray[np.intp], Array]:
+def balanced(rigid: Array) -> tuple[Integers, Array]:
     """Basis of the nodal tractions that do no work on rigid slips (columns; each times its unit), and the rows that its columns load.
 
     Unit tractions at the loaded rows are balanced by forces at as many other rows as there are rigid slips.

@@ -13,11 +13,10 @@ from typing import Any, Self, TypeAlias
 
 import cvxpy as cp
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.sparse import csr_array
 
-from ..contact.checks import Array
+from ..contact.checks import Array, Integers
 from ..contact.coulomb import lengths
 from ..contact.tolerances import RESIDUAL
 from ..solve.explain import Units
@@ -28,7 +27,7 @@ from .question import LimitQuestion
 from .rigid import balanced, rigid_slides
 
 Rows: TypeAlias = Mapping[str, cp.Constraint]
-Ruling: TypeAlias = tuple[NDArray[np.intp], NDArray[np.intp]]
+Ruling: TypeAlias = tuple[Integers, Integers]
 
 _NO_PRESSURE = 1e3 * RESIDUAL  # rows are scaled by the pressure of their node unless it is below this share of the mean one: an answer has its error
 

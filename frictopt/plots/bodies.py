@@ -10,12 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from ..contact.checks import Array
+from ..contact.checks import Array, Integers
 from ..fem.assembly import nodes_of
 from ..fem.bodies import Body
 from ..fem.loads import Pressure, Traction
 from ..fem.model import ContactModel
-from ..fem.ordering import Integers
 from ..fem.recovery import BodyFields, von_mises
 from ..scenes.scene import Scene
 from .style import BLACK, GREY, legend, new_axes, picture, series

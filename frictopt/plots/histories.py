@@ -3,9 +3,8 @@
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
-from numpy.typing import NDArray
 
-from ..contact.checks import Array
+from ..contact.checks import Array, Integers
 from ..contact.result import Table
 from ..histories.damping import DampingCurve
 from ..histories.excursion import LeastExcursion
@@ -139,7 +138,7 @@ def _worn_in(end: WornIn, ax: Axes | AxesArray | None = None) -> Axes:
     return axes
 
 
-def _chosen(history: WearHistory) -> NDArray[np.intp]:
+def _chosen(history: WearHistory) -> Integers:
     """Rows at about even steps of the largest depth, the first and the last one among them."""
     largest = history.depth.max(axis=1)
     between = [np.abs(largest - part).argmin() for part in np.linspace(0.0, largest[-1], _PROFILES)[:-1]]

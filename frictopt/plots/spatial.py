@@ -8,10 +8,9 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.transforms import offset_copy
 from matplotlib.tri import Triangulation
-from numpy.typing import NDArray
 
 from ..contact import ContactSystem
-from ..contact.checks import Array, Booleans
+from ..contact.checks import Array, Booleans, Integers
 from ..errors import ModelError
 from ..transients import SteadyState
 from .bodies import spread
@@ -127,7 +126,7 @@ def places_of(system: ContactSystem) -> tuple[Array, tuple[str, str], dict[str, 
     return places, ("along the first tangents, contact by contact", "along the second tangents"), names
 
 
-def _seen(system: ContactSystem, own: NDArray[np.intp]) -> Array:
+def _seen(system: ContactSystem, own: Integers) -> Array:
     """(n, 2) places of some nodes in their plane, seen along its normal."""
     frames, points = system.frames[own], system.points[own]
     if np.abs(frames - frames[0]).max() > _FLAT:

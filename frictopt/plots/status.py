@@ -10,9 +10,8 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from ..contact.checks import Array, shown, whole_number
+from ..contact.checks import Array, Integers, shown, whole_number
 from ..contact.files import output
-from ..fem.ordering import Integers
 from ..transients import Trajectory
 from .along import label_contacts, parts
 from .spatial import arrows, places_of

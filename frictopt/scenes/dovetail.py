@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from skfem import MeshQuad
 
-from ..contact.checks import Array
+from ..contact.checks import Array, Booleans
 from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
 from ..fem.bodies import Body, Support
@@ -14,7 +14,6 @@ from ..fem.contacts import Contact
 from ..fem.elasticity import Material
 from ..fem.loads import Traction
 from ..fem.model import ContactModel
-from ..fem.ordering import Flags
 from .scene import Scene, along, away
 
 _CLEARANCE = 0.2  # of the slot beside neck and foot, over their height
@@ -176,6 +175,6 @@ class Dovetail(Scene):
         return Body(replace(mesh, doflocs=np.array([x, mesh.p[1]])), self.disc_material)
 
 
-def _flanks(half_height: float) -> dict[str, Callable[..., Flags]]:
+def _flanks(half_height: float) -> dict[str, Callable[..., Booleans]]:
     """The flanks in the straight mesh, where they are at x = 1 and -1."""
     return {name: lambda x, at=at: (np.abs(x[0] - at) < SAME_POINT) & (np.abs(x[1]) < half_height) for name, at in (("right", 1.0), ("left", -1.0))}

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from skfem import MeshQuad
 
-from ..contact.checks import Array
+from ..contact.checks import Array, Integers
 from ..contact.tolerances import SAME_POINT
 from ..errors import ModelError
 from ..fem.bodies import Body, Support
@@ -14,7 +14,6 @@ from ..fem.contacts import Contact, Interference
 from ..fem.elasticity import Material
 from ..fem.loads import BodyForce, Traction
 from ..fem.model import ContactModel
-from ..fem.ordering import Integers
 from .scene import Scene, away
 
 _CORE = 0.5  # half-side of the square in the middle of the pin, over its radius

@@ -6,12 +6,9 @@ A number >= 0 is a cone of dimension 1. Vectors have the parts of all cones; tho
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from ..contact.checks import Array
-
-Integers = NDArray[np.intp]
+from ..contact.checks import Array, Integers
 
 
 class Cones:

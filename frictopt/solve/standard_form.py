@@ -6,11 +6,10 @@ from typing import Any
 
 import cvxpy as cp
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import lstsq, null_space
 from scipy.sparse import csr_array
 
-from ..contact.checks import Array
+from ..contact.checks import Array, Integers
 from ..contact.tolerances import FLOOR, ROUNDING, STALLED
 
 _NOT_UNIQUE = ROUNDING / 10  # singular directions of these equations, over the largest: there the solution stays as it is
@@ -19,8 +18,6 @@ _STEPS = 8  # of Newton's method at most; mostly three do
 _GAPS = 4  # between ratios of multiplier to slack that are tried
 _REVISIONS = 4  # of the active rows and cones from one such gap
 _LEAST_RATIO = 1e-12  # ratios below it, and above its inverse, are alike
-
-Integers = NDArray[np.intp]
 
 
 class StandardForm:

@@ -7,10 +7,10 @@ from time import perf_counter
 from typing import Any, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients
-from ..contact.checks import Array, finite_array, finite_number
+from ..contact.checks import Array, Booleans, finite_array, finite_number
 from ..contact.coulomb import off_law
 from ..contact.cycle import checked_cycle
 from ..contact.diagnosis import mean_load_diagnosis, pressing
@@ -26,7 +26,7 @@ STICK, SLIP, OPEN = 0, 1, 2
 _FAR = 1e18  # largest initial stress over the loads: with more, rounding hides the events (1e30 gave wrong results)
 _FAR_START = 1e3  # initial stress over the loads, above which an error names it as the cause of a large residual
 
-Start = tuple[Array, Array, NDArray[np.bool_]]
+Start = tuple[Array, Array, Booleans]
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..contact.checks import Array
+from ..contact.checks import Array, Integers
 from ..contact.result import Plotted, Shown, frame
 
 if TYPE_CHECKING:
@@ -48,7 +47,7 @@ class LoadLoop(Shown, Plotted):
     case: str
     amplitude: Array
     displacement: Array
-    slipping: NDArray[np.intp]
+    slipping: Integers
 
     @property
     def area(self) -> float:

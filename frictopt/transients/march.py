@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..contact import ContactState, ContactSystem, LoadCycle
-from ..contact.checks import Array, choice, flag, frozen, warns_of_odd_values, whole_number
+from ..contact.checks import Array, Booleans, choice, flag, frozen, warns_of_odd_values, whole_number
 from ..contact.parts import parted
 from ..contact.result import bar_of
 from ..contact.system import checked_system
@@ -204,7 +204,7 @@ def mean_state(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> 
     return ContactState(slip, _gap(path), *system.reaction(cycle.mean), next_loads=cycle.corner_names[0])
 
 
-def open_at_rest(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> NDArray[np.bool_]:
+def open_at_rest(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> Booleans:
     """(N,) nodes that are open once the mean load has come, from no slip; and at all corners of a cycle at load factor 0, if a part of it is fixed.
 
     Where friction is so high that the exact path ends at a jump, increments go beyond it.

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle
-from ..contact.checks import Array, finite_number, frozen, whole_number
+from ..contact.checks import Array, Booleans, finite_number, frozen, whole_number
 from ..contact.result import Outcome, Plotted, Recorded, SolveRecord, components, frame, places
 from ..contact.tolerances import SAME_STATE
 from ..errors import ModelError, SolverError
@@ -108,8 +108,8 @@ class SteadyState(Recorded, Plotted):
     slip: Array
     gap: Array
     state: ContactState
-    open: NDArray[np.bool_]
-    slipping: NDArray[np.bool_]
+    open: Booleans
+    slipping: Booleans
     first_cycle: float
     cycles: int
     events: int

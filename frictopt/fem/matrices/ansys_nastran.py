@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix, triu
 
-from ...contact.checks import shown, whole_array
+from ...contact.checks import Integers, shown, whole_array
 from ...errors import ModelError
-from ..ordering import Integers
 from .deck import Deck, deck_of_points
 from .job import MatrixJob
 from .meshes import file_path, library

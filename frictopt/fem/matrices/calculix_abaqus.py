@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from ...contact.checks import Booleans, Integers
 from ...contact.tolerances import ROUNDING, SAME_POINT
 from ...errors import ModelError
-from ..ordering import Flags, Integers
 from .deck import Deck, read_deck
 from .job import MatrixJob
 from .meshes import file_path
@@ -88,7 +88,7 @@ def _check_plane(labels: Integers, deck: Deck) -> None:
         )
 
 
-def with_rotations(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[Integers, Flags]:
+def with_rotations(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[Integers, Booleans]:
     """(n, 2) labels in which rotations of rigid parts are directions 4 to 6 of the reference, and (n,) which rows something resists.
 
     Incompatible modes of an element, C3D8I, are displacements of three nodes that are not in the deck; labels have these with a minus.

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 
-from ...contact.checks import Array, whole_array
+from ...contact.checks import Array, Booleans, Integers, whole_array
 from ...contact.tolerances import ROUNDING
 from ...errors import ModelError
-from ..ordering import Flags, Integers, whole
+from ..ordering import whole
 from .text import Block, fields, number
 
 Terms = list[tuple[int, int, float]]  # what follows, what leads, and the weight: 6 i + k is displacement k of node i, from 3 on its rotation
@@ -39,13 +39,13 @@ class Constraints:
         Keywords whose equations are not in the deck.
     """
 
-    held: Flags
+    held: Booleans
     ends: Integers = field(default_factory=lambda: np.zeros((0, 2), dtype=np.intp))
     weights: Array = field(default_factory=lambda: np.zeros(0))
     rigid: tuple[tuple[int, int | None], ...] = ()
     others: tuple[str, ...] = ()
 
-    def passed_on(self, forces: Array, present: Flags, numbers: Integers) -> Array:
+    def passed_on(self, forces: Array, present: Booleans, numbers: Integers) -> Array:
         """(nodes, 6) the same forces, those on unknowns that follow others moved to these: `T^T f`.
 
         Parameters
@@ -192,7 +192,7 @@ def checked_labels(values: ArrayLike) -> Integers:
     return whole(labels)
 
 
-def displaced(labels: Integers) -> Flags:
+def displaced(labels: Integers) -> Booleans:
     """(n,) whether a label is that of a displacement of a node."""
     return np.asarray((labels[:, 0] > 0) & (labels[:, 1] >= 1) & (labels[:, 1] <= 3))
 

@@ -8,12 +8,11 @@ from scipy.sparse import csr_matrix, diags
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
-from ...contact.checks import Array, finite_array, finite_number, frozen, real_array, shown
+from ...contact.checks import Array, Integers, finite_array, finite_number, frozen, real_array, shown
 from ...errors import ModelError
 from ..elasticity import boundary_forces
 from ..elements import facet_nodes, midside_ties
 from ..faces import lines_along
-from ..ordering import Integers
 from .constraints import rows_of_nodes
 from .labelled import LabelledMatrix
 

@@ -13,12 +13,12 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
-from ...contact.checks import Array, frozen, place, shown
+from ...contact.checks import Array, Integers, frozen, place, shown
 from ...contact.result import Shown
 from ...errors import ModelError
 from ..faces import lines_along
 from ..given import checked_stiffness, same_point
-from ..ordering import Integers, parts_of, places_among, whole
+from ..ordering import parts_of, places_among, whole
 from ..rigid import node_graph
 from .constraints import checked_labels, displaced, rows_of_nodes
 from .deck import Deck, deck_of_points

@@ -12,11 +12,11 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from skfem import Mesh
 
-from ...contact.checks import Array, place, shown
+from ...contact.checks import Array, Integers, place, shown
 from ...contact.tolerances import SAME_POINT
 from ...errors import ModelError
 from ..elements import QUADRATIC, completion
-from ..ordering import Integers, places_among
+from ..ordering import places_among
 from .constraints import Constraints
 from .deck import Deck, read_deck
 from .kinds import PLANE, SOLID

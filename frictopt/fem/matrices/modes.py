@@ -6,10 +6,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...contact.checks import Array, finite_array, finite_number, frozen, whole_array
+from ...contact.checks import Array, Integers, finite_array, finite_number, frozen, whole_array
 from ...errors import ModelError
 from ..given import checked_stiffness
-from ..ordering import Integers
 from .constraints import displaced
 from .deck import Deck
 from .text import text_of

@@ -8,9 +8,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from ...contact.checks import Array
+from ...contact.checks import Array, Integers
 from ...errors import ModelError
-from ..ordering import Integers
 from .kinds import node_count
 
 Block: TypeAlias = tuple[str, dict[str, str], list[str]]  # keyword and names of parameters without blanks, data lines

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ...contact.checks import Array, frozen
+from ...contact.checks import Array, Booleans, frozen
 from ...contact.tolerances import CONDENSATION, ROUNDING
 from ...errors import NoContinuation
 from .kernel import OPEN, STICK
@@ -67,7 +67,7 @@ class ReturnMap:
     motion_derivative: Callable[[int, Array], Array]
 
     @property
-    def locked(self) -> NDArray[np.bool_]:
+    def locked(self) -> Booleans:
         """(N,) whether the node sticks all the time: its slip stays as it is."""
         return np.asarray((self.status == STICK).all(axis=0))
 
