@@ -10,10 +10,9 @@ from typing import get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem
+from ..contact import ContactSystem, Shown, joined, parted
 from ..contact.checks import Array, check_name, check_text, checked_loads, choice, finite_array, frozen, listed_parts, shown
-from ..contact.parts import compliances, joined, parted
-from ..contact.result import Shown
+from ..contact.parts import compliances
 from ..contact.units import checked_units
 from ..errors import ModelError, ModelWarning
 from .assembly import Assembly, Load

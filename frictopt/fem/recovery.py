@@ -12,8 +12,8 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 from skfem import BilinearForm
 
+from ..contact import Plotted, Shown
 from ..contact.checks import Array, finite_number, frozen, shown, whole_number
-from ..contact.result import Plotted, Shown
 from ..contact.tolerances import COUNTS
 from ..errors import ModelError, ModelWarning
 from .assembly import Assembly

@@ -12,8 +12,8 @@ from typing import cast
 import numpy as np
 from scipy.optimize import linprog
 
+from ..contact import parted
 from ..contact.checks import Array, Booleans
-from ..contact.parts import parted
 from ..contact.tolerances import CONDENSATION
 from ..transients.begin import OPEN, STICK, Transient
 from ..transients.exact import ExactPath, ReturnMap, return_map

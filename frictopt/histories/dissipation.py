@@ -11,11 +11,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, friction_coefficients
+from ..contact import ContactSystem, LoadCycle, bar_of, checked_cycle, checked_system, friction_coefficients
 from ..contact.checks import LARGEST_SEED, Array, finite_numbers, flag, frozen, listed, shown, warns_of_odd_values, whole_number
-from ..contact.cycle import checked_cycle
-from ..contact.result import bar_of
-from ..contact.system import checked_system
 from ..errors import ModelError, SolverError, StoreError
 from ..limits import ShakedownLimit, shakedown_limit
 from .run import Case, Row, Run, execute

@@ -7,9 +7,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle
+from ..contact import ContactSystem, LoadCycle, Plotted, Shown
 from ..contact.checks import Array, finite_number, frozen, warns_of_odd_values
-from ..contact.result import Plotted, Shown
 from ..contact.tolerances import LEVEL
 from ..errors import NoContinuation
 from ..limits.question import pose

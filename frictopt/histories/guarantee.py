@@ -7,12 +7,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ..contact import ContactState, LoadCycle
+from ..contact import ContactState, LoadCycle, Outcome, Shown, lengths, parted, reactions
 from ..contact.checks import LARGEST_SEED, Array, finite_number, frozen, whole_number
-from ..contact.coulomb import lengths
-from ..contact.parts import parted
-from ..contact.result import Outcome, Shown
-from ..contact.system import reactions
 from ..errors import ModelError, NoContinuation
 from ..limits import GuaranteedLimit, safe_vertices
 from ..transients import march, steady_state

@@ -5,10 +5,8 @@ from dataclasses import dataclass, field
 
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle
+from ..contact import ContactSystem, LoadCycle, checked_system, joined, parted
 from ..contact.checks import Array, checked_loads, finite_number, frozen
-from ..contact.parts import joined, parted
-from ..contact.system import checked_system
 from ..transients.begin import Transient
 from ..transients.march import path_of
 

@@ -7,11 +7,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, friction_coefficients
+from ..contact import ContactSystem, LoadCycle, Outcome, Plotted, Shown, checked_cycle, checked_system, friction_coefficients
 from ..contact.checks import Array, finite_array, finite_number, frozen, listed, warns_of_odd_values, whole_number
-from ..contact.cycle import checked_cycle
-from ..contact.result import Outcome, Plotted, Shown
-from ..contact.system import checked_system
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import shakedown_limit
 from ..limits.question import pose

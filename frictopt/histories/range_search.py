@@ -4,9 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..contact import ContactSystem, LoadCycle
+from ..contact import ContactSystem, LoadCycle, Outcome
 from ..contact.checks import Array
-from ..contact.result import Outcome
 from ..contact.tolerances import LEVEL, PERIODIC, RESIDUAL
 from ..errors import NoContinuation, SolverError
 from ..transients import SteadyState, steady_state

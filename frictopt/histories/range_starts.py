@@ -6,9 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ..contact import LoadCycle
+from ..contact import LoadCycle, lengths
 from ..contact.checks import Array
-from ..contact.coulomb import lengths
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import ModelError, SolverError
 from ..limits import guaranteed_limit, shakedown_limit

@@ -9,11 +9,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients
+from ..contact import ContactState, ContactSystem, LoadCycle, SolveRecord, bar_of, checked_system, friction_coefficients, joined, parted
 from ..contact.checks import Array, finite_array, finite_number, flag, frozen, real_array, warns_of_odd_values
-from ..contact.parts import joined, parted
-from ..contact.result import SolveRecord, bar_of
-from ..contact.system import checked_system
 from ..errors import ModelError, NoContinuation, SolverError
 from ..transients import SteadyState, steady_state
 from .wear_history import WORN_IN, WearHistory

@@ -5,9 +5,8 @@ from dataclasses import dataclass, field
 
 import pandas as pd
 
-from ..contact import ContactState, ContactSystem
+from ..contact import ContactState, ContactSystem, Plotted, Recorded, SolveRecord
 from ..contact.checks import Array, frozen
-from ..contact.result import Plotted, Recorded, SolveRecord
 from ..transients import SteadyState
 
 WORN_IN = 1e-3

@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, friction_coefficients
+from ..contact import ContactSystem, LoadCycle, Outcome, SolveRecord, checked_cycle, checked_system, frame, friction_coefficients, places, reactions
 from ..contact.checks import Array, Booleans, finite_number, frozen, warns_of_odd_values
-from ..contact.cycle import checked_cycle
 from ..contact.diagnosis import open_nodes
-from ..contact.result import Outcome, SolveRecord, frame, places
-from ..contact.system import checked_system, reactions
 from ..contact.tolerances import CONDENSATION, RESIDUAL
 from ..errors import ModelError, SolverError
 from ..transients import SteadyState, steady_state

@@ -1,6 +1,6 @@
 """Limits of a load cycle as linear programs: shakedown, safe residual slip, guaranteed limit, limit with open nodes."""
 
-from ..contact.result import LimitKind
+from ..contact import LimitKind
 from .design import DesignModel
 from .design_result import Design
 from .guaranteed import GuaranteedModel, guaranteed_limit

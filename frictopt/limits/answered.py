@@ -8,11 +8,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ..contact import ContactState, ContactSystem, LoadCycle
+from ..contact import ContactState, ContactSystem, LoadCycle, Plotted, Recorded, components, frame, joined, lengths, parted, places
 from ..contact.checks import Array, Booleans, frozen
-from ..contact.coulomb import lengths
-from ..contact.parts import joined, parted
-from ..contact.result import Plotted, Recorded, components, frame, places
 from ..contact.tolerances import RESIDUAL
 from .question import LimitQuestion
 

@@ -19,8 +19,8 @@ from enum import Enum
 import cvxpy as cp
 import numpy as np
 
+from ..contact import SolveRecord
 from ..contact.checks import Array, frozen
-from ..contact.result import SolveRecord
 from ..contact.tolerances import RESIDUAL, ZERO_LOAD_FACTOR
 from ..solve.solvers import solve
 from ..solve.standard_form import StandardForm

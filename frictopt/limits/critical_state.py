@@ -28,8 +28,8 @@ from itertools import product
 
 import numpy as np
 
+from ..contact import lengths
 from ..contact.checks import Array
-from ..contact.coulomb import lengths
 from ..contact.tolerances import CONDENSATION, RESIDUAL, ROUNDING
 from .question import LimitQuestion
 from .safe_set import SafeSet, ruling

@@ -9,9 +9,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle
+from ..contact import ContactSystem, LoadCycle, SolveRecord
 from ..contact.checks import checked_loads, flag, frozen, listed, shown, warns_of_odd_values
-from ..contact.result import SolveRecord
 from ..contact.tolerances import GROWN, RESIDUAL
 from ..errors import ModelError
 from ..solve.contradiction import contradiction, is_unbounded

@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 import cvxpy as cp
 import numpy as np
 
-from ..contact import ContactSystem, LoadCycle
+from ..contact import ContactSystem, LoadCycle, joined
 from ..contact.checks import Array
-from ..contact.parts import joined
 
 PROFILE = "profile"  # load case of the overlap that a profile leaves
 

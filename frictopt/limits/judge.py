@@ -6,8 +6,8 @@ from typing import TypeAlias, TypeVar
 
 import numpy as np
 
+from ..contact import LimitKind, SolveRecord
 from ..contact.checks import Array
-from ..contact.result import LimitKind, SolveRecord
 from ..contact.tolerances import FLOOR, RESIDUAL
 from ..solve.standard_form import StandardForm
 from .answered import Answered, Mechanism

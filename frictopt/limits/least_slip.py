@@ -12,11 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from ..contact import ContactSystem, LoadCycle
+from ..contact import ContactSystem, LoadCycle, Plotted, Shown, components, frame, lengths, parted, places
 from ..contact.checks import Array, finite_array, frozen
-from ..contact.coulomb import lengths
-from ..contact.parts import parted
-from ..contact.result import Plotted, Shown, components, frame, places
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import SolverError
 from .answered import Mechanism

@@ -14,9 +14,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..contact import ContactSystem
+from ..contact import ContactSystem, joined
 from ..contact.checks import Array, Booleans
-from ..contact.parts import joined
 from ..contact.tolerances import CONDENSATION, ROUNDING
 from ..errors import ModelError, NoContinuation
 from .question import LimitQuestion, units_of

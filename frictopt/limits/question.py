@@ -7,12 +7,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, friction_coefficients
+from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, lengths, off_law, parted, reactions
 from ..contact.checks import Array, Booleans, Integers, flag, per_node
-from ..contact.coulomb import lengths, off_law
-from ..contact.cycle import checked_cycle
-from ..contact.parts import parted
-from ..contact.system import checked_system, reactions
 from ..contact.tolerances import CONDENSATION, NO_COUPLING
 from ..errors import ModelError
 

@@ -8,9 +8,8 @@ import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact import ContactSystem, LoadCycle
+from ..contact import ContactSystem, LoadCycle, SolveRecord
 from ..contact.checks import Array, finite_number, frozen, place
-from ..contact.result import SolveRecord
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import SolverError
 from ..solve.solvers import solve

@@ -8,9 +8,8 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle
+from ..contact import ContactSystem, LoadCycle, parted
 from ..contact.checks import Array
-from ..contact.parts import parted
 from ..solve.solvers import LP, SOCP, solver_order
 from .answered import Answered
 from .design_loads import DesignLoads

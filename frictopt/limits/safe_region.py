@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ..contact import ContactSystem, friction_coefficients
+from ..contact import ContactSystem, checked_system, friction_coefficients
 from ..contact.checks import Array, check_name, checked_loads, finite_number, frozen, listed, warns_of_odd_values
-from ..contact.system import checked_system
 from ..contact.tolerances import RESIDUAL, ZERO_LOAD_FACTOR
 from ..errors import ModelError, SolverError
 from .answered import Mechanism

@@ -7,9 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 
-from ..contact import LoadCycle
+from ..contact import LoadCycle, Plotted, Recorded, SolveRecord, frame
 from ..contact.checks import Array, finite_number
-from ..contact.result import Plotted, Recorded, SolveRecord, frame
 
 
 @dataclass(frozen=True, eq=False, repr=False)

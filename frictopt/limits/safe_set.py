@@ -16,8 +16,8 @@ import numpy as np
 from scipy.optimize import nnls
 from scipy.sparse import csr_array
 
+from ..contact import lengths
 from ..contact.checks import Array, Integers
-from ..contact.coulomb import lengths
 from ..contact.tolerances import RESIDUAL
 from ..solve.explain import Units
 from .answered import Mechanism

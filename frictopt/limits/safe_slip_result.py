@@ -7,9 +7,8 @@ from typing import IO
 import cvxpy as cp
 import pandas as pd
 
+from ..contact import SolveRecord, unscaled_diagnosis
 from ..contact.checks import Array
-from ..contact.diagnosis import unscaled_diagnosis
-from ..contact.result import SolveRecord
 from ..contact.tolerances import ROUNDING
 from ..solve.explain import Units, explain
 from .answered import Answered, Mechanism

@@ -13,9 +13,8 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
-from ..contact import ContactSystem, LoadCycle
+from ..contact import ContactSystem, LoadCycle, SolveRecord
 from ..contact.checks import Array, finite_array, finite_number, frozen, warns_of_odd_values
-from ..contact.result import SolveRecord
 from ..solve.solvers import NoOptimum, solve
 from .friction_bounds import safe_set
 from .question import LimitQuestion, pose

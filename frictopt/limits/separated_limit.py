@@ -24,10 +24,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle
+from ..contact import Attempt, ContactSystem, LimitKind, LoadCycle, SolveRecord, unscaled_diagnosis
 from ..contact.checks import Array, frozen, warns_of_odd_values, whole_number
-from ..contact.diagnosis import unscaled_diagnosis
-from ..contact.result import Attempt, LimitKind, SolveRecord
 from ..contact.tolerances import RESIDUAL
 from ..solve.bounds import BoundStatus, bounds
 from ..solve.explain import Units, explain

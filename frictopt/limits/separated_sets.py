@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..contact import LimitKind, SolveRecord
 from ..contact.checks import Booleans
-from ..contact.result import LimitKind, SolveRecord
 from ..contact.tolerances import RESIDUAL
 from ..errors import FrictoptError, SolverError
 from .answered import Mechanism

@@ -18,9 +18,8 @@ import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact import ContactSystem, LoadCycle
+from ..contact import ContactSystem, LimitKind, LoadCycle, SolveRecord
 from ..contact.checks import Array, listed, warns_of_odd_values
-from ..contact.result import LimitKind, SolveRecord
 from ..contact.tolerances import RESIDUAL
 from ..errors import SolverError
 from ..solve.solvers import solve

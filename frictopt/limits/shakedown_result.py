@@ -9,9 +9,8 @@ import cvxpy as cp
 import numpy as np
 import pandas as pd
 
+from ..contact import LimitKind, SolveRecord, frame, unscaled_diagnosis
 from ..contact.checks import Array, finite_number, frozen
-from ..contact.diagnosis import unscaled_diagnosis
-from ..contact.result import LimitKind, SolveRecord, frame
 from ..errors import ModelError
 from ..solve.explain import Units, explain
 from .answered import Mechanism, Rated

@@ -7,9 +7,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..contact import ContactSystem, Onset
+from ..contact import ContactSystem, Onset, lengths
 from ..contact.checks import Array, Booleans
-from ..contact.coulomb import lengths
 from ..contact.tolerances import RESIDUAL
 from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, SeparatedLimit, ShakedownLimit
 from .along import circle, friction_ratio, label_contacts, lines, lines_or_band, looks, node_at, ratios

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ..contact import ContactSystem, checked_plane
 from ..contact.checks import Array, frozen
-from ..contact.system import ContactSystem, checked_plane
 from ..contact.tolerances import CONDENSATION
 
 _PULL = CONDENSATION  # a stiffness between two nodes up to this share of the largest entry of A and B counts as none: the data have this error

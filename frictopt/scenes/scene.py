@@ -6,9 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..contact import ContactSystem
+from ..contact import ContactSystem, Plotted
 from ..contact.checks import Array, finite_number, shown, whole_number
-from ..contact.result import Plotted
 from ..errors import ModelError
 from ..fem.elasticity import Material
 from ..fem.model import ContactModel

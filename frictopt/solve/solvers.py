@@ -8,8 +8,8 @@ from typing import Protocol, TypeVar
 
 import cvxpy as cp
 
+from ..contact import Attempt, SolveRecord
 from ..contact.checks import shown
-from ..contact.result import Attempt, SolveRecord
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError, SolverError
 from .interior_point import InteriorPoint

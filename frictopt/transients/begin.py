@@ -9,14 +9,10 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactState, ContactSystem, LoadCycle, friction_coefficients
+from ..contact import ContactState, ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, joined, off_law, parted, reactions
 from ..contact.checks import Array, Booleans, finite_array, finite_number
-from ..contact.coulomb import off_law
-from ..contact.cycle import checked_cycle
 from ..contact.diagnosis import mean_load_diagnosis, pressing
-from ..contact.parts import joined, parted
 from ..contact.state import checked_state
-from ..contact.system import checked_system, reactions
 from ..contact.tolerances import NO_DRIVE, RESIDUAL
 from ..errors import ModelError
 

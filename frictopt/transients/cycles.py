@@ -6,8 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..contact.parts import parted
-from ..contact.result import Outcome
+from ..contact import Outcome, parted
 from ..contact.tolerances import PERIODIC, REPEATED, RESIDUAL
 from ..errors import NoContinuation, SolverError
 from .begin import Cycle, Transient

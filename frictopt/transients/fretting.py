@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..contact import components, frame, places
 from ..contact.checks import Array, finite_array, listed
-from ..contact.result import components, frame, places
 from ..contact.tolerances import COUNTS
 from ..errors import ModelError
 from .trajectory import Trajectory

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..contact import Plotted, Shown, frame
 from ..contact.checks import Array, Integers
-from ..contact.result import Plotted, Shown, frame
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -7,11 +7,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contact import ContactState, ContactSystem, LoadCycle
+from ..contact import ContactState, ContactSystem, LoadCycle, bar_of, checked_system, parted
 from ..contact.checks import Array, Booleans, choice, flag, frozen, warns_of_odd_values, whole_number
-from ..contact.parts import parted
-from ..contact.result import bar_of
-from ..contact.system import checked_system
 from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError, NoContinuation, SolverError
 from .begin import OPEN

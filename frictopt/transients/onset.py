@@ -3,12 +3,9 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle
+from ..contact import ContactSystem, LoadCycle, Onset, checked_cycle, checked_system, friction_coefficients
 from ..contact.checks import warns_of_odd_values
-from ..contact.coulomb import friction_coefficients
-from ..contact.cycle import checked_cycle
-from ..contact.onset import Onset, onset_from
-from ..contact.system import checked_system
+from ..contact.onset import onset_from
 from ..errors import FrictoptError
 
 

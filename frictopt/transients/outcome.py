@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactState, ContactSystem, LoadCycle
+from ..contact import ContactState, ContactSystem, LoadCycle, Outcome, Plotted, Recorded, SolveRecord, components, frame, places
 from ..contact.checks import Array, Booleans, finite_number, frozen, whole_number
-from ..contact.result import Outcome, Plotted, Recorded, SolveRecord, components, frame, places
 from ..contact.tolerances import SAME_STATE
 from ..errors import ModelError, SolverError
 from .fretting import fretting_table, worst_planes

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..contact import ContactSystem
 from ..contact.checks import Array
-from ..contact.system import ContactSystem
 from ..contact.tolerances import COUNTS
 from ..errors import NoContinuation, SolverError
 

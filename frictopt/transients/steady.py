@@ -5,11 +5,8 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactState, ContactSystem, LoadCycle
+from ..contact import ContactState, ContactSystem, LoadCycle, Outcome, SolveRecord, bar_of, off_law, parted
 from ..contact.checks import finite_number, flag, warns_of_odd_values, whole_number
-from ..contact.coulomb import off_law
-from ..contact.parts import parted
-from ..contact.result import Outcome, SolveRecord, bar_of
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import NoContinuation, SolverError
 from .cycles import Run, Settled

@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact import ContactState, ContactSystem, LoadCycle, Verdict, referee
+from ..contact import ContactState, ContactSystem, LoadCycle, Plotted, Shown, SolveRecord, Verdict, components, frame, joined, places, referee
 from ..contact.checks import Array, choice, frozen, whole_number
-from ..contact.parts import joined
-from ..contact.result import Plotted, Shown, SolveRecord, components, frame, places
 from ..contact.tolerances import SIMULTANEOUS
 from ..errors import ModelError
 from .loop import LoadLoop

@@ -10,8 +10,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...contact import Shown
 from ...contact.checks import Array, Integers, finite_array, frozen, shown, whole_array, whole_number
-from ...contact.result import Shown
 from ...errors import ModelError
 from ..ordering import whole
 from .constraints import CONSTRAINING, Constraints, constraints_of

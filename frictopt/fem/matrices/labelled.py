@@ -13,8 +13,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
+from ...contact import Shown
 from ...contact.checks import Array, Integers, frozen, place, shown
-from ...contact.result import Shown
 from ...errors import ModelError
 from ..faces import lines_along
 from ..given import checked_stiffness, same_point

@@ -4,11 +4,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...contact import LoadCycle
+from ...contact import LoadCycle, checked_plane, off_law
 from ...contact.checks import Array
-from ...contact.coulomb import off_law
 from ...contact.history import turning_points
-from ...contact.system import checked_plane
 from ...contact.tolerances import RESIDUAL
 from ...errors import NoContinuation
 from ..begin import Cycle, Transient

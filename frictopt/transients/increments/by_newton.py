@@ -7,8 +7,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from ...contact import SolveRecord
 from ...contact.checks import Array
-from ...contact.result import SolveRecord
 from ...contact.tolerances import RESIDUAL, ROUNDING
 from ...errors import SolverError
 from ..exact.kernel import increment

@@ -11,12 +11,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from ...contact import ContactSystem, friction_coefficients
+from ...contact import ContactSystem, Recorded, SolveRecord, checked_system, components, frame, friction_coefficients, joined, off_law, parted
 from ...contact.checks import Array, finite_array
-from ...contact.coulomb import off_law
-from ...contact.parts import joined, parted
-from ...contact.result import Recorded, SolveRecord, components, frame
-from ...contact.system import checked_system
 from ...contact.tolerances import RESIDUAL
 from ...errors import ModelError, SolverError
 from ...solve.explain import explain

@@ -18,11 +18,8 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...contact import ContactSystem
+from ...contact import Attempt, ContactSystem, SolveRecord, checked_plane, joined
 from ...contact.checks import Array, finite_number
-from ...contact.parts import joined
-from ...contact.result import Attempt, SolveRecord
-from ...contact.system import checked_plane
 from ...contact.tolerances import RESIDUAL
 from ...errors import NoContinuation, SolverError
 from ...solve.solvers import NoOptimum, solve
