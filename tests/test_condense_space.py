@@ -12,13 +12,13 @@ from multipliers import problem
 TURN = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
 
 
-def given(cells=(3, 3), graded=1.0):
+def given(cells=(3, 3), graded=1.0, turn=TURN):
     """Arguments of `condense` for a free block on one that is held below, turned in space; body 2 goes on beside body 1."""
     x, y = (np.linspace(0, 1, n + 1) ** graded for n in cells)
-    good = problem(np.random.default_rng(5), [x, y], [np.r_[-0.5, x, 1.5], y], MeshHex, TURN, held=False)
+    good = problem(np.random.default_rng(5), [x, y], [np.r_[-0.5, x, 1.5], y], MeshHex, turn, held=False)
     one, two, points = good.pop("one"), good.pop("two"), good["points"]
     pairs = [[node, two[np.linalg.norm(points[two] - points[node], axis=1).argmin()]] for node in one]
-    return good | {"pairs": np.array(pairs), "normals": np.tile(TURN[:, -1], (len(one), 1))}
+    return good | {"pairs": np.array(pairs), "normals": np.tile(turn[:, -1], (len(one), 1))}
 
 
 @pytest.mark.parametrize(("held", "free"), [(0, "move along x and y and z and turn about x and y and z"), (1, "turn about x and y and z"), (2, "")])
@@ -72,3 +72,10 @@ def test_a_pair_of_two_nodes_that_are_held_may_be_left_out():
     assert fo.condense(**good | {"held": one_side}).nodes == len(left)
     with pytest.raises(fo.ModelError, match="lie on each other at"):
         fo.condense(**good | {"held": one_side, "pairs": pairs[left], "normals": good["normals"][left]})
+
+
+@pytest.mark.parametrize(("normal", "first"), [(2, [1.0, 0.0, 0.0]), (0, [0.0, 1.0, 0.0]), (1, [1.0, 0.0, 0.0])])
+def test_the_first_tangent_is_along_x_unless_the_normal_is(normal, first):
+    turn = np.roll(np.eye(3), 2 - normal, axis=1)
+    frames = fo.condense(**given(turn=turn)).frames
+    assert np.allclose(frames[:, 0], first) and np.allclose(frames[:, 2], turn[:, -1]) and np.allclose(np.linalg.det(frames), 1.0)

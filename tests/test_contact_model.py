@@ -2,7 +2,7 @@ import re
 
 import numpy as np
 import pytest
-from skfem import MeshQuad, MeshTri2, MeshWedge1
+from skfem import MeshHex, MeshQuad, MeshTri2, MeshWedge1
 
 import frictopt as fo
 from meshes import blocks, hung, ring, uniform_loads
@@ -131,6 +131,8 @@ def test_bad_elements_are_refused():
         points[:, 0] = place
         with pytest.raises(fo.ModelError, match=message):
             fo.Body(MeshQuad(points, square.t, sort_t=False))
+    with pytest.raises(fo.ModelError, match="not convex or have no volume"):
+        fo.Body(MeshHex(MeshHex().p * [[1.0], [1.0], [0.0]], MeshHex().t))
     straight = np.array([[0.0, 1.0, 2.0, 0.0], [0.0, 0.0, 0.0, 1.0]])  # at a straight corner the map from the square is singular
     for order in ([0, 1, 2, 3], [3, 2, 1, 0]):
         with pytest.raises(fo.ModelError, match="mesh: 1 elements"):

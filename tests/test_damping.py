@@ -87,6 +87,9 @@ def test_a_published_oscillator():
     bare = fo.ContactSystem(system.S, system.points, dict(system.bonded))
     other = fo.damping_curve(bare, cycle, 0.9, [800.0], natural_frequency=stuck, range=False)
     assert same.frequency == pytest.approx(curve.frequency[3:4]) == other.frequency and np.isnan(same.most_damping).all()
+    twice = fo.LoadCycle({"static": 1.0}, [{"mode": 2.0}, {"mode": -2.0}])
+    assert fo.damping_curve(bare, twice, 0.9, [400.0], natural_frequency=stuck / 2, range=False).displacement == pytest.approx(2 * same.displacement)
+    assert curve.residual >= fo.dissipation_range(system, cycle, 0.9, 1200.0).residual
     with pytest.raises(fo.ModelError, match="natural_frequency: 48"):
         fo.damping_curve(system, cycle, 0.9, [800.0], natural_frequency=48.0)
 

@@ -5,9 +5,18 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from frictopt.limits.question import LimitQuestion
 from spatial import cycle, random_contact
 from systems import CYCLE, random_system
-from test_design import SHEAR, uncoupled
+
+SHEAR = fo.LoadCycle({}, [{"Q": -1.0}, {"Q": 1.0}])
+CONTACT = random_system(np.random.default_rng(0), 2)
+
+
+def uncoupled(shares, shears, names=("one", "two")):
+    n = len(shears)
+    bonded = {name: (np.zeros(n), share) for name, share in zip(names, shares, strict=True)}
+    return fo.ContactSystem.from_blocks(np.eye(n), np.zeros((n, n)), np.eye(n), np.arange(n), {**bonded, "Q": (shears, np.zeros(n))})
 
 
 def test_designs_without_bounds_are_named_with_the_direction_in_which_they_grow():
@@ -19,11 +28,10 @@ def test_designs_without_bounds_are_named_with_the_direction_in_which_they_grow(
     pulling = fo.DesignModel(uncoupled(-np.eye(2), [1.0, 0.5]), SHEAR, preloads=["one", "two"])
     with pytest.raises(fo.ModelError, match=r"preload\['one'\] has no lower bound, preload\['two'\] has no lower bound"):
         pulling.solve(0.5)
-    contact = random_system(np.random.default_rng(0), 2)
-    shaped = fo.DesignModel(contact, CYCLE, profile=True)
-    with pytest.raises(fo.ModelError, match=r"profile\[\d\] has no lower bound"):
-        shaped.solve(0.5)
-    pressing = fo.DesignModel(contact, fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}]), preloads=["cyclic"])
+    shaped = fo.DesignModel(CONTACT, CYCLE, preloads=["mean"], profile=True)
+    with pytest.raises(fo.ModelError, match=r"design: profile\[0\] has no lower bound, profile\[1\] has no lower bound;"):
+        shaped.solve(0.5, [cp.abs(shaped.preload) <= 0.1])
+    pressing = fo.DesignModel(CONTACT, fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}]), preloads=["cyclic"])
     with pytest.raises(fo.ModelError, match="load_factor: it grows without end whatever the design"):
         pressing.solve(0.5, [cp.abs(pressing.preload) <= 0.1])
 
@@ -55,7 +63,7 @@ def test_designs_that_cannot_be_name_the_constraints_that_contradict():
 )
 def test_bad_models_are_refused(options, message):
     with pytest.raises(fo.ModelError, match=message):
-        fo.DesignModel(random_system(np.random.default_rng(0), 2), CYCLE, **options)
+        fo.DesignModel(CONTACT, CYCLE, **options)
 
 
 def test_a_load_case_of_the_name_of_an_overlap_is_refused():
@@ -74,3 +82,11 @@ def test_designs_in_space_that_cannot_be_are_named():
     shaped = fo.DesignModel(contact, cycle(), profile=True)
     with pytest.raises(fo.ModelError, match="friction: node 1 has no friction, and the cyclic load shears it: no design is safe"):
         shaped.solve([0.5, 0.0], [cp.abs(shaped.profile) <= 0.1])
+
+
+def test_a_design_that_breaks_the_law_in_one_scenario_is_no_answer(monkeypatch):
+    violation = LimitQuestion.violation
+    monkeypatch.setattr(LimitQuestion, "violation", lambda task, *at: 1e-6 if task.friction[0] == 0.6 else violation(task, *at))
+    model = fo.DesignModel(CONTACT, CYCLE, preloads=["mean"], scenarios=[(CYCLE, 0.6)])
+    with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
+        model.solve(0.5, [cp.abs(model.preload) <= 0.1])

@@ -4,9 +4,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from spatial import single
 from systems import random_system
 
-F = 0.5
+F, NODE = 0.5, single()
 
 
 def admissible(seed, nodes=4):
@@ -32,24 +33,46 @@ def test_a_lawful_state_passes_in_any_units(seed, scale):
     assert verdict.residual < 1e-12
 
 
+STATE = {"v": [[-0.3, 0.0]], "w": [0.0], "q": [[0.5, 0.0]], "p": [1.0]}
+
+
 @pytest.mark.parametrize(
-    ("line", "name", "node", "change"),
+    ("line", "size", "change"),
     [
-        ("equilibrium", "v", 2, 0.1),
-        ("contact", "p", 3, -0.2),
-        ("contact", "w", 2, -0.1),
-        ("contact", "w", 0, 0.1),
-        ("bound", "q", 0, -0.1),
-        ("bound", "q", 2, 5.0),
-        ("direction", "q", 1, -0.1),
-        ("direction", "previous_slip", 2, 0.1),
-        ("direction", "previous_slip", 0, 0.6),
+        ("equilibrium", 0.1, {"v": [[-0.2, 0.0]]}),
+        ("bound", 0.3, {"v": [[0.0, 0.0]], "q": [[0.8, 0.0]]}),
+        ("direction", 0.3, {"v": [[-0.3, 0.0]], "previous_slip": [[-0.6, 0.0]]}),  # it slips along +x, and friction pushes it on
+        ("direction", 0.1, {"previous_slip": [[-0.3, 0.1]]}),  # friction on its bound, but across the slip
+        ("contact", 0.2, {"w": [-0.2], "p": [0.8]}),
+        ("contact", 0.2, {"p": [-0.2]}),
+        ("contact", 0.1, {"w": [0.1]}),
     ],
 )
-def test_each_line_of_the_law_is_watched(line, name, node, change):
-    contact, bonded, state = admissible(5)
-    state[name] = state[name] + change * (np.arange(4) == node)
-    assert getattr(fo.reference.referee(contact, bonded, F, **state), line) > 0.02
+def test_the_referee_sees_each_violation(line, size, change):
+    bonded = NODE.reaction({"P": 1.0, "X": 0.8})
+    assert fo.reference.referee(NODE, bonded, 0.5, **STATE, previous_slip=[[0.0, 0.0]]).residual < 1e-15
+    verdict = fo.reference.referee(NODE, bonded, 0.5, **({"previous_slip": [[0.0, 0.0]]} | STATE | change))
+    assert getattr(verdict, line) == pytest.approx(size)
+
+
+@pytest.mark.parametrize(("place", "step", "across", "allowed"), [(1e3, 1e-9, 0.0, 1e-12), (1.0, 1e-8, 2e-15, 3e-15), (0.0, 1e-5, 1e-12, 1.1e-12)])
+def test_a_small_slip_is_not_blamed_for_rounding_across_it(place, step, across, allowed):
+    before = place * (1 + np.pi / 10)
+    v = before + np.array([[0.6 * step - 0.8 * across, 0.8 * step + 0.6 * across]])
+    q = np.array([[-0.3, -0.4]])
+    verdict = fo.reference.referee(NODE, (q - v, [1.0]), 0.5, v=v, w=[0.0], q=q, p=[1.0], previous_slip=[[before, before]], force_scale=1.0)
+    assert verdict.direction < allowed and verdict.bound < 1e-15
+
+
+@pytest.mark.parametrize("step", [1e-8, 1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("angle", [1e-3, 1.0, 2.0, 3.1])
+def test_slip_in_a_wrong_direction_counts_by_what_mends_it(step, angle):
+    """The state is mended by no slip, by turning q, or by turning the slip; the last two cost the same angle."""
+    slip = step * np.array([np.cos(angle), np.sin(angle)])
+    q = np.array([[-0.5, 0.0]])
+    verdict = fo.reference.referee(NODE, (q - slip, [1.0]), 0.5, v=[slip], w=[0.0], q=q, p=[1.0], previous_slip=[[0.0, 0.0]], force_scale=1.0)
+    turned, across = 2 * 0.5 * np.sin(angle / 2), step * np.sin(min(angle, np.pi / 2))
+    assert verdict.direction == pytest.approx(min(step, turned, across), rel=1e-6)
 
 
 def test_many_states_at_once_give_the_worst():

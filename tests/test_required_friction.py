@@ -263,11 +263,3 @@ def test_no_friction_is_enough_in_space_for_a_node_that_the_load_opens():
     answer = fo.required_friction(pulled, fo.LoadCycle({"P": 1.0}, [{"N": 1.0}, {"N": -1.0}]), 2.0)
     assert answer.required == np.inf and "open one of 1 nodes (at (0, 0, 0))" in answer.reason
     assert answer.mechanism[["node", "corner", "slip1", "slip2"]].to_numpy().tolist() == [[0, 0, 0, 0]]
-
-
-def test_a_sweep_over_friction_in_space_is_the_limit_of_each():
-    node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "X": [1, 0, 0], "Y": [0, 1, 0]})
-    cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}, {"Y": 1.0}])  # the smallest circle around the shears has the radius 1
-    table = fo.ShakedownModel(node, cycle).sweep([0.2, 0.5])
-    assert table["load_factor"].to_numpy() == pytest.approx([0.2, 0.5]) and table["friction_rate"].to_numpy() == pytest.approx([1.0, 1.0])
-    assert np.abs(table["slip1"]).to_numpy() == pytest.approx([1.0, 1.0])

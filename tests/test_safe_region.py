@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import frictopt as fo
 from spatial import random_contact
 from studies.validation.polygons import polygon_limit
-from systems import lifts, linprog_limit, random_system, stress_of, system
+from systems import lifts, linprog_limit, random_system, stress_of
 from test_open_nodes import open_in_space
 
 MEAN = {"mean": 1.0}
@@ -71,17 +71,6 @@ def test_vertices_are_a_convex_chain_and_each_side_is_its_mechanism(seed):
 def test_without_a_mean_load_only_zero_is_safe():
     region = fo.safe_region(random_system(np.random.default_rng(0), 3, loads=("mean", "a", "b")), {}, ["a", "b"], 0.5)
     assert np.array_equal(region.vertices, np.zeros((2, 2))) and region.contains(0.0, 0.0) and not region.contains(1e-6, 0.0)
-
-
-def test_two_uncoupled_nodes_in_closed_form():
-    """Shear on the first node, on the second one, and on both: abs(a) <= f p, abs(b) <= f p with a loads (1, 1), b loads (0, 2)."""
-    contact = fo.ContactSystem.from_blocks(
-        np.eye(2), np.zeros((2, 2)), np.eye(2), [0, 1], {"P": ([0, 0], [1, 2]), "a": ([1, 1], [0, 0]), "b": ([0, 2], [0, 0])}
-    )
-    region = fo.safe_region(contact, {"P": 1.0}, ["a", "b"], 0.5)
-    assert np.allclose(region.vertices, [[0.5, 0.0], [0.5, 0.25], [0.0, 0.5]])
-    assert np.allclose(region.sides, [[2.0, 0.0, 1.0], [1.0, 2.0, 1.0]])
-    assert [set(table["node"]) for table in region.mechanisms] == [{0}, {1}]
 
 
 def test_a_load_without_room_leaves_the_other_one_its_limit():
@@ -150,13 +139,6 @@ def test_directions_without_a_limit_are_named():
     assert region.contains(1e9, 0.49) and not region.contains(0.0, 0.51) and "'idle' has no limit" in region.reason
     region = fo.safe_region(contact, {"P": 1.0}, ["idle", "other"], 0.5)
     assert region.unlimited == ("idle", "other") and region.contains(1e9, 1e9) and np.isinf(region.vertices).all()
-
-
-def test_a_region_without_safe_amplitudes_says_why():
-    contact = system(np.eye(1), np.zeros((1, 1)), 0.0, -1.0, 1.0, 0.0)
-    region = fo.safe_region(contact.with_bonded({"b": ([0], [1])}), {"mean": 1.0}, ["cyclic", "b"], 0.5)
-    assert not len(region.vertices) and not region.contains(0.0, 0.0)
-    assert "the mean load pulls the bodies apart" in region.reason
 
 
 def test_a_mean_load_at_the_bound_leaves_amplitude_zero():

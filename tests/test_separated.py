@@ -59,13 +59,6 @@ def test_an_open_node_that_presses_the_one_that_rules_is_not_taken_for_slip():
     assert limit.load_factor == pytest.approx(0.15) and limit.open.tolist() == [True, False] and "residual slip alone" not in limit.reason
 
 
-def test_uncoupled_nodes_rest_each_for_itself():
-    q0, p0, q1, p1 = [0.1, 0.0, -0.2], [1.0, -0.5, 2.0], [0.3, 0.2, 0.5], [0.1, 0.2, -0.1]
-    alone = [fo.separated_limit(system(1.0, 0.0, *(values[i] for values in (q0, p0, q1, p1)), C=[[1.0]]), CYCLE, 0.5) for i in range(3)]
-    whole = fo.separated_limit(system(np.eye(3), np.zeros((3, 3)), q0, p0, q1, p1, C=np.eye(3)), CYCLE, 0.5)
-    assert whole.load_factor == pytest.approx(min(one.load_factor for one in alone), rel=1e-6) and whole.open.tolist() == [False, True, False]
-
-
 @pytest.mark.parametrize(("seed", "cycle", "most_nodes"), [(seed, CYCLE, 3) for seed in range(2, 10)] + [(seed, THREE, 2) for seed in range(20, 25)])
 def test_small_contacts_against_every_pattern_of_open_nodes(seed, cycle, most_nodes):
     """The limit against every set of nodes that stay open, the bound against every pattern at the corners."""

@@ -9,40 +9,9 @@ import frictopt as fo
 from spatial import random_contact, vectors
 from studies.validation.fuzz.embedded import embedded
 from studies.validation.polygons import polygon_limit
-from systems import random_system
 
 CORNERS = [{"a": 1.0}, {"a": -0.4, "b": 0.3}, {"b": 1.0}]
 OPPOSED = [{"a": 1.0}, {"a": -1.0}]
-
-
-def odd_contact(seed):
-    """A plane contact with nodes that lack friction, pressure, or coupling, and its friction."""
-    rng = np.random.default_rng(seed)
-    n = int(rng.integers(1, 9))
-    flat = random_system(rng, n, loads=("mean", "a", "b"), coupling=rng.choice([0.0, 0.5]))
-    f = rng.uniform(0.1, 0.9, n) * (rng.random(n) < 0.7)
-    bonded = {name: [np.array(part) for part in flat.bonded[name]] for name in flat.bonded}
-    if rng.random() < 0.4:
-        bonded["mean"][1][rng.integers(n)] = rng.choice([0.0, -0.2])
-    gap = rng.uniform(0, 0.2, n) * (rng.random(n) < 0.3)
-    flat = fo.ContactSystem.from_blocks(flat.A, flat.B, flat.C, flat.x, {name: tuple(parts) for name, parts in bonded.items()}, gap)
-    return rng, flat, f
-
-
-@settings(max_examples=30)
-@given(st.integers(0, 10**6))
-def test_an_increment_is_that_of_the_plane(seed):
-    """Across the plane nothing may hold the nodes: smooth ones stay where they are, or rounding carries them away."""
-    rng, flat, f = odd_contact(seed)
-    solid, along = embedded(flat, rng)
-    f, slip = np.minimum(f, 0.5), 0.1 * rng.normal(size=flat.nodes)
-    at = {"mean": 1.0, "a": 0.3 * rng.normal(), "b": 0.3 * rng.normal()}
-    plane = fo.increments.ExactIncrement(flat, f).solve(slip, flat.reaction(at))
-    found = fo.increments.NewtonIncrement(solid, f).solve(slip[:, None] * along, solid.reaction(at))
-    force = float(np.abs(flat.reaction(at)).max())
-    assert np.abs(found.p - plane.p).max() <= 1e-8 * force and np.abs(np.sum(found.q * along, axis=1) - plane.q).max() <= 1e-8 * force
-    across = np.column_stack([-along[:, 1], along[:, 0]])
-    assert np.abs(np.sum(found.slip * across, axis=1)).max() <= 1e-8 * force / solid.stiffness_scale
 
 
 @pytest.mark.parametrize("seed", [0, 3519, 17821, 21577])

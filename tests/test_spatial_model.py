@@ -69,30 +69,6 @@ def test_the_cube_of_another_code_has_its_known_limit(cube):
     assert gap["P"] == pytest.approx(4.0)
 
 
-def spring_box():
-    """Four nodes on the ground, each on a spring in every direction: arguments of `condense`."""
-    K = np.kron(np.eye(8), np.eye(3))
-    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], dtype=float)
-    return {
-        "K": K,
-        "loads": {"P": np.tile([0.0, 0.0, -1.0], 8)},
-        "pairs": np.column_stack([np.arange(4), 4 + np.arange(4)]),
-        "normals": [0.0, 0.0, 1.0],
-        "unknowns": np.arange(24).reshape(8, 3),
-        "points": np.vstack([points, points]),
-    }
-
-
-def test_given_matrices_with_gaps_interference_and_normals():
-    good = spring_box()
-    system = fo.condense(**good, gap=[0.0, 0.1, 0.0, 0.2]).with_interference({"fit": 0.1})
-    assert system.gap.tolist() == [0.0, 0.1, 0.0, 0.2]
-    assert system.bonded["fit"][1] == pytest.approx(0.05) and np.abs(system.bonded["fit"][0]).max() == 0.0  # two springs in a row
-    for normal, first in (([0.0, 0.0, 2.0], [1.0, 0.0, 0.0]), ([3.0, 0.0, 0.0], [0.0, 1.0, 0.0]), ([0.0, 1.0, 0.0], [1.0, 0.0, 0.0])):
-        frames = fo.condense(**good | {"normals": normal}).frames
-        assert frames[0, 0].tolist() == first and np.linalg.det(frames) == pytest.approx(1.0)
-
-
 SIDES = {"contact": lambda x: x[1] == 0, "top": lambda x: x[1] == 1, "bottom": lambda x: x[1] == -1}
 PLANE = fo.Body(MeshQuad.init_tensor([0.0, 1.0], [0.0, 1.0]).with_boundaries(SIDES))
 TWO_SQUARES = {"punch": PLANE, "block": fo.Body(MeshQuad.init_tensor([0.0, 1.0], [-1.0, 0.0]).with_boundaries(SIDES))}
@@ -114,13 +90,6 @@ def test_models_that_make_no_sense_are_refused_by_name(message, change):
     values = {name: getattr(model, name) for name in ("bodies", "supports", "loads")}
     with pytest.raises(fo.ModelError, match=message):
         fo.ContactModel(**values | change).condense()
-
-
-def test_elements_without_volume_are_refused():
-    mesh = MeshHex.init_tensor([0.0, 1.0], [0.0, 1.0], [0.0, 1.0])
-    flat = replace(mesh, doflocs=mesh.p * [[1.0], [1.0], [0.0]])
-    with pytest.raises(fo.ModelError, match="not convex or have no volume"):
-        fo.Body(flat)
 
 
 @pytest.mark.parametrize("kind", [MeshHex, MeshTet])

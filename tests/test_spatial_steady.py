@@ -91,3 +91,21 @@ def test_a_study_runs_from_every_kind_of_start():
     assert (table["shakedown_limit"] == limit).all() and len(table) == 6 and (table["engine"] == "newton").all() and (table["error"] == "").all()
     for row in table.itertuples():
         assert (row.dissipation > 0) == (row.outcome == "CYCLIC_SLIP") and (row.dissipation > 0 or row.load_ratio < 1)
+
+
+WALKING = fo.LoadCycle({"P": 1.0}, [{"X": 0.1}, {"X": 0.1}], fixed=[{"Y": 0.1}, {}])
+
+
+@pytest.mark.parametrize(
+    ("ask", "why"),
+    [
+        (lambda: fo.guaranteed_limit(single(), WALKING, 0.5), "cycle: a part of it is fixed, of a contact in space"),
+        (lambda: fo.march(single(), cycle(), 0.5, 1.0, engine="path"), "engine: 'path'.*the friction circle is curved"),
+        (lambda: fo.steady_state(single(), cycle(), 0.5, 1.0, steps=0), "steps: 0"),
+        (lambda: fo.march(single(), cycle(), 0.5, 1.0, engine="milp"), "engine: 'milp'.*the friction circle is curved"),
+        (lambda: fo.march(single(), fo.LoadCycle({"X": 0.1}, [{"Y": 1.0}]), 0.5, 1.0), "mean: the mean load has no normal reactions"),
+    ],
+)
+def test_what_is_not_answered_is_refused_by_name_and_says_why(ask, why):
+    with pytest.raises(fo.ModelError, match=why):
+        ask()

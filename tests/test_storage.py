@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from spatial import random_contact
 from systems import random_system
 
 PLACED = {
@@ -139,3 +140,9 @@ def test_files_that_cannot_be_written_or_named_are_refused(tmp_path):
             SOME.save(path)
         with pytest.raises(fo.ModelError, match="path"):
             fo.ContactSystem.load(path)
+
+
+def test_a_contact_in_space_comes_back_as_one(tmp_path):
+    contact = random_contact(np.random.default_rng(0), 3)
+    again = fo.ContactSystem.load(saved(tmp_path / "a.npz", contact))
+    assert content(again) == content(contact) and again.tangents == 2

@@ -69,7 +69,7 @@ def test_the_table_says_what_the_arrays_say(coarse):
     assert table["work"][0] == first.dissipation and table["slipping"][0] == first.slipping.sum() and table["outcome"][0] == "CYCLIC_SLIP"
     stuck = np.abs(COARSE[0].x) < 0.7
     assert np.allclose(table["stick_width"], width[stuck].sum()), "the stick zone of a contact under constant force stays"
-    assert coarse.worn_in and table["work"].iloc[-1] <= 1e-3 * table["work"].max() and coarse.residual <= 1e-9
+    assert coarse.worn_in and table["work"].iloc[-1] <= 1e-3 * table["work"].max() and first.residual <= coarse.residual <= 1e-9
 
 
 def test_wear_by_work_is_archards_with_the_friction_in_the_coefficient():
