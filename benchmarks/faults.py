@@ -387,7 +387,9 @@ FAULTS = (
     Fault("transients/stepped.py", "work by the pressure after", "(before.r + r)[-n:] / 2", "r[-n:]",
           "spatial_cycles"),
     Fault("transients/stepped.py", "an open node works", "** 2).sum(axis=0)) * (status != OPEN)", "** 2).sum(axis=0))", "spatial_cycles"),
-    Fault("transients/steady.py", "work in doubt is none", "errors.append(float(np.sqrt(", "errors.append(0.0 * float(np.sqrt(", "spatial_cycles"),
+    Fault("transients/steady.py", "work in doubt is none", "(np.sqrt(doubt.lacking", "(0.0 * np.sqrt(doubt.lacking", "spatial_cycles"),
+    Fault("transients/steady.py", "nodes that open do not slide before", "doubt.missed.sum()):", "0.0):", "spatial_cycles"),
+    Fault("transients/march.py", "nodes come down where they were", "float(doubt.late.max(initial=0.0))", "0.0", "spatial_cycles"),
     Fault("transients/march.py", "slip in doubt is none", "np.sqrt(np.prod(ways))", "0.0 * np.prod(ways)", "spatial_cycles"),
     # plots
     Fault("plots/style.py", "a notebook shows its first picture only", "    plt.draw_if_interactive()", "    ()", "notebook"),

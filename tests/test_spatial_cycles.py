@@ -148,6 +148,20 @@ def test_a_node_does_no_work_while_it_is_open():
     assert abs(path.slip[-1, 0, 0]) == pytest.approx(0.01) and 0 <= path.work[-1, 0] < 1e-4
 
 
+@pytest.mark.parametrize("steps", [None, 2, 7])
+def test_what_a_node_does_in_an_increment_in_which_it_opens_or_closes_is_in_doubt(steps):
+    """All numbers of increments have the same error: in one it slides and opens, or comes down at another slip than the one before."""
+    plane = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "X": ([1.0], [0.0])})
+    slides = fo.LoadCycle({"P": 0.5}, [{"P": -0.48}, {"P": -0.48, "X": 0.03}, {"P": -1.5}])
+    exact, steady = fo.steady_state(plane, slides, 2.0, 1.0), fo.steady_state(single(), slides, 2.0, 1.0, steps=steps)
+    assert exact.dissipation > 4e-4
+    assert abs(steady.dissipation - exact.dissipation) <= steady.step_error * max(exact.dissipation, steady.dissipation)
+    comes_down = fo.LoadCycle({"P": 1.0}, [{"P": -1.02}, {"X": 1.0}])
+    way, path = fo.march(plane, comes_down, 2.0, 1.0, cycles=1), fo.march(single(), comes_down, 2.0, 1.0, cycles=1, steps=steps)
+    assert way.slip[-1, 0] == pytest.approx(-0.02 / 1.02)
+    assert np.abs(path.slip[-1, 0] - [way.slip[-1, 0], 0.0]).max() / 1.02 <= path.step_error + 1e-12
+
+
 def test_what_is_known_when_cycles_run_out_is_in_the_error():
     contact, loads, friction, start = unguided(np.random.default_rng(9), 3, 2)
     problem = contact, loads, friction, 0.95 * fo.shakedown_limit(contact, loads, friction).load_factor

@@ -112,9 +112,9 @@ def march(
                     error = max(error, float(np.abs(at_stops - followed(other)[1][:: other.steps, : -other.nodes]).max()))
                 except (NoContinuation, SolverError):
                     error = np.inf
-        *lost, bound = doubts(path.friction, u, r)
-        ways = [float((one / np.where(bound > 0, bound, np.inf)).sum(axis=0).max()) for one in lost]
-        error = max(error, float(np.sqrt(np.prod(ways)))) / path.length  # and the slip that may be missed within the increments
+        doubt = doubts(system, path.friction, u, r)
+        ways = [float((one / np.where(doubt.bound > 0, doubt.bound, np.inf)).sum(axis=0).max()) for one in (doubt.lacking, doubt.change)]
+        error = max(error, max(float(np.sqrt(np.prod(ways))), float(doubt.late.max(initial=0.0))) / path.length)  # slip that increments may miss
         time, work = begun + np.arange(len(u)) / path.steps, np.cumsum(work, axis=0)
     (bonded_q, bonded_p), (slip, gap), (q, p) = (parted(values, system.tangents + 1) for values in (bonded, u, r))
     trajectory = Trajectory(

@@ -109,10 +109,11 @@ def steady_state(
             except (NoContinuation, SolverError):
                 errors.append(np.inf)
         cycles, begun = found.cycle, found.cycle.previous
-        if work > 0 and begun is not None:
+        if begun is not None:
             u, r = np.concatenate([begun[:1], cycles.u]), np.concatenate([cycles.r[-1:], cycles.r])  # the reactions come back
-            lacking, change, _ = doubts(found.path.friction, u, r)
-            errors.append(float(np.sqrt(lacking.sum() * change.sum()) / cycles.work.sum()))
+            doubt, total = doubts(system, path.friction, u, r), float(cycles.work.sum())
+            for lost in (np.sqrt(doubt.lacking.sum() * doubt.change.sum()), doubt.missed.sum()):
+                errors.append(float(lost / (total or lost)) if lost > ROUNDING * path.largest * path.length else 0.0)
         return reported(first, found, max(errors))
 
 

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ..contact import ContactSystem
 from ..contact.checks import Array, whole_number
 from ..errors import ModelError, NoContinuation, SolverError
 from .begin import OPEN, STICK, Cycle, Transient
@@ -128,15 +129,52 @@ class SteppedPath(Transient):
         return elsewhere
 
 
-def doubts(friction: Array, u: Array, r: Array) -> tuple[Array, Array, Array]:
-    """Two works (T - 1, N) that the ends of increments leave in doubt, and the mean friction bound, from T states and their reactions, (T, M).
+class Doubts(NamedTuple):
+    """What the ends of increments leave in doubt, (T - 1, N) each: works and slips, see `doubts`; and the mean friction bound."""
 
-    The first one is what the loads lack for the work of friction: a node that sticks in a part of an increment, or slips to and fro, is below its
-    bound there. The second one is the change of the bound along the way. Both are zero where a node slips all the time, or its bound stays: there
-    the increment is exact. They see events that lie so close to a corner that no number of increments parts them.
+    lacking: Array
+    change: Array
+    missed: Array
+    late: Array
+    bound: Array
+
+
+def doubts(system: ContactSystem, friction: Array, u: Array, r: Array) -> Doubts:
+    """What the ends of increments leave in doubt, from T states and their reactions, (T, M).
+
+    `lacking` is what the loads lack for the work of friction: a node that sticks in a part of an increment, or slips to and fro, is below its bound
+    there. `change` is the change of the bound along the way. Both are zero where a node slides all the time, or its bound stays: there the increment
+    is exact. `missed` is the work of a node before it opens, and `late` the slip between where a node sticks that was open, and where it came down:
+    increments count neither. They all see events that lie so close to a corner that no number of increments parts them.
     """
-    u, r = (part.reshape(len(part), -1, len(friction)) for part in (u, r))
-    moved, q, bound = np.diff(u[:, :-1], axis=0) * (r[1:] != 0).any(axis=1)[:, None], r[:, :-1], friction * r[:, -1]  # an open node has no reactions
-    way, mean = np.linalg.norm(moved, axis=1), (bound[1:] + bound[:-1]) / 2
-    lacking = mean * way + ((q[1:] + q[:-1]) / 2 * moved).sum(axis=1)
-    return np.maximum(lacking, 0.0), np.abs(np.diff(bound, axis=0)) * way, mean
+    n, each, gap = len(friction), np.arange(len(friction)), u[:, -len(friction) :] + system.gap
+    own = system.S.reshape(-1, n, len(system.S) // n, n)[:, each, :, each]
+    dv, r = np.diff(u[:, :-n], axis=0).reshape(len(u) - 1, -1, n), r.reshape(len(r), -1, n)
+    closed, q, bound = (r != 0).any(axis=1), r[:, :-1], friction * r[:, -1]  # an open node has no reactions
+    way, mean = np.linalg.norm(dv * closed[1:, None], axis=1), (bound[1:] + bound[:-1]) / 2
+    lacking = mean * way + ((q[1:] + q[:-1]) / 2 * dv * closed[1:, None]).sum(axis=1)
+    missed, late = np.zeros_like(way), np.zeros_like(way)
+    row, node = np.nonzero(closed[:-1] & ~closed[1:])
+    slip, pressure = up_to_opening(own[node], friction[node], r[row, :, node], dv[row, :, node], gap[row + 1, node])
+    missed[row, node] = friction[node] * pressure / 2 * np.linalg.norm(slip, axis=1)
+    row, node = np.nonzero(~closed[:-1] & closed[1:] & (way == 0))
+    slip, _ = up_to_opening(own[node], friction[node], r[row + 1, :, node], dv[row, :, node], gap[row, node])
+    late[row, node] = np.linalg.norm(slip, axis=1)
+    return Doubts(np.maximum(lacking, 0.0), np.abs(np.diff(bound, axis=0)) * way, missed, late, mean)
+
+
+def up_to_opening(own: Array, friction: Array, r: Array, dv: Array, w: Array) -> tuple[Array, Array]:
+    """Slip (K, t) from closed states of K nodes to where they open, and the pressure (K,) at which it begins.
+
+    The increment leads from reactions r (K, t + 1) by dv (K, t) to open states with gaps w (K,). `own` is the stiffness (K, t + 1, t + 1) of each
+    node against itself. All else is taken to drive a node evenly, which is exact in the plane for a node that no other one moves.
+    """
+    b, p = own[:, :-1, -1], r[:, -1]
+    freed, pushed = np.moveaxis(np.linalg.pinv(own[:, :-1, :-1], hermitian=True) @ np.stack([r[:, :-1], b], axis=2), 2, 0)
+    left, opened = np.maximum(p - (b * freed).sum(axis=1), 0.0), np.maximum(own[:, -1, -1] - (b * pushed).sum(axis=1), 0.0) * w
+    share = (left / np.where(left > 0, left + opened, 1.0))[:, None]
+    slip = share * (dv + pushed * w[:, None]) - (1 - share) * freed
+    size = np.linalg.norm(slip, axis=1)[:, None]
+    drive, along = -r - (own @ np.column_stack([dv, w])[..., None])[..., 0], slip / np.where(size > 0, size, 1.0)
+    slack, falls = (friction * part[:, -1] + (part[:, :-1] * along).sum(axis=1) for part in (r, -drive))
+    return slip, np.where(falls > 0, p + drive[:, -1] * slack / np.where(falls > 0, falls, 1.0), p).clip(0.0, p)
