@@ -232,3 +232,12 @@ def test_nodes_that_open_beyond_a_jump_are_left_out():
     assert limit.open.tolist() == [True, False]
     full = largest_with_open(contact, CYCLE, friction, np.tile(limit.open, (2, 1)), 3 * limit.load_factor)
     assert full is not None and limit.load_factor == pytest.approx(full[0], rel=1e-7)
+
+
+def test_a_closed_node_without_friction_is_named_where_others_are_open():
+    """Node 0 is pulled open, node 1 pressed, and node 2 pressed without friction."""
+    loads = {"P": [0, 0, 0, 0, 0, 0, -1, 1, 1], "X": [0, 1, 1, 0, 0, 0, 0, 0, 0]}
+    three = fo.ContactSystem(np.eye(9), [[0, 0, 0], [1, 0, 0], [2, 0, 0]], loads)
+    limit = fo.shakedown_limit(three, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), [0.5, 0.5, 0.0])
+    assert limit.open.tolist() == [True, False, False] and limit.load_factor == 0.0
+    assert "node 2 has no friction" in limit.reason and set(limit.mechanism["node"]) == {2}

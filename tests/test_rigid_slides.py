@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits.question import pose
-from frictopt.limits.rigid import rigid_slides
+from frictopt.limits.question import pose, rigid_slides
 
 
 @pytest.mark.parametrize("free", [0, 1, 7, 8, 9, 20, 29])

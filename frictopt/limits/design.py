@@ -18,7 +18,7 @@ from ..solve.solvers import solve
 from ..solve.standard_form import StandardForm, compiled
 from .design_loads import PROFILE, DesignLoads, built_in, design_loads
 from .design_result import Design
-from .friction_bounds import helpless, safe_set
+from .friction_bounds import safe_set
 from .judge import answered
 from .own_rows import OF_A_MODEL
 from .question import LimitQuestion, pose
@@ -192,13 +192,13 @@ class DesignModel(SafeModel):
         {'bolt': 6.0}
         """
         task = self._posed(friction)
-        for asked in (task, *(other for other, _ in self._others)) if task.system.tangents > 1 else ():
-            if found := helpless(asked, designed=True):
-                raise ModelError(f"friction: {found[1]}: no design is safe at any load factor above 0; give friction to every node")
         for v, (other, _) in zip(self._more, self._others, strict=True):
             v.ask(replace(other, load_unit=task.load_unit))
             self._compiled.clear()
         program = self._program(lambda v: design_problem([v, *self._more]), task, listed("constraints", constraints), objective)
+        for v in (program, *self._more):
+            if found := v.helpless():
+                raise ModelError(f"friction: {found[1]}: no design is safe at any load factor above 0; give friction to every node")
         answer = solve(program.problem, lambda: self._judged(program), self._solver, no_optimum=lambda: self._refused(program))
         program.own.save()
         design = answered(answer, program)

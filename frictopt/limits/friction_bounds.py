@@ -5,7 +5,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from ..contact import LoadCycle
-from ..contact.checks import Array, Booleans
+from ..contact.checks import Array
 from ..contact.tolerances import NO_COUPLING, ROUNDING
 from .answered import Mechanism
 from .design_loads import DesignLoads
@@ -82,9 +82,45 @@ class Circles(SafeSet):
     """The safe slips of a contact in space, by a circle for each node and each corner that is not within the hull of the others.
 
     `p_k >= 0` follows where there is friction; for little or none it is a row of its own. Where the bound `f p_k` vanishes whatever the slip, the
-    circle is the point `q_k = 0`: where cyclic shears differ between such corners there is no limit above 0, see `helpless`. A margin opens every
+    circle is the point `q_k = 0`: where cyclic shears differ between such corners there is no limit above 0. A margin opens every
     circle. Friction and loads are constants of the rows.
     """
+
+    def ask(self, task: LimitQuestion, load_factor: float | None = None) -> None:
+        """See `SafeSet.ask`."""
+        self.task, self._given = task, load_factor
+        tangent, normal = np.split(np.sqrt(task.stiffness), [-len(task.friction)])
+        alone = (np.abs(task.AB[len(tangent) :]) <= NO_COUPLING * np.outer(normal, tangent)).all(axis=1)
+        p0, p1 = np.abs(task.r0[:, -1]), np.abs(task.r1[:, -1])
+        # (K, N), or (1, N) where nothing is fixed: neither the load at load factor 0, nor any slip or design, makes a pressure at the node
+        self._unpressed = alone & (p0 <= ROUNDING * task.force) & (self.design is None)
+        # (K, N): the friction bound vanishes at the corner, whatever the slip, the load factor, and the design
+        self._bare = (task.friction == 0) | (self._unpressed & (p1 <= ROUNDING * p1.max(initial=0.0)))
+
+    def helpless(self) -> tuple[Mechanism, str] | None:
+        """See `SafeSet.helpless`.
+
+        A node without a bound slips to and fro between two corners whose shears differ; one that nothing presses is lifted by a corner that pulls.
+        """
+        task, points = self.task, self._bare
+        q1, nodes, first = task.r1[:, :2], np.arange(len(task.friction)), points.argmax(axis=0)
+        apart = np.linalg.norm(q1 - q1[first, :, nodes].T, axis=1) * points
+        if task.fixed:  # whose shears differ at load factor 0 too may meet at another one
+            apart = apart * (task.r0[:, :2] == task.r0[first, :2, nodes].T).all(axis=1)
+        pull = np.maximum(-task.r1[:, 2], 0.0) * self._unpressed
+        moved = np.maximum(apart, pull)
+        corner, node = np.unravel_index(int(moved.argmax()), moved.shape)
+        if not moved[corner, node] > ROUNDING * float(np.abs(task.r1).max()):
+            return None
+        moves, name = np.zeros(task.r1.shape), node if task.images is None else task.images[1][0, node]
+        if pull[corner, node] > apart[corner, node]:
+            moves[corner, -1, node] = 1.0
+            return Mechanism(moves, task.friction), f"node {name} carries no pressure under the mean load, and the cyclic load lifts it"
+        way = np.append(q1[corner, :, node] - q1[first[node], :, node], 0.0)
+        moves[first[node], :, node], moves[corner, :, node] = way, -way
+        moves[[first[node], corner], -1, node] = task.friction[node] * np.linalg.norm(way)
+        lack = "friction" if task.friction[node] == 0 else "pressure"
+        return Mechanism(moves, task.friction), f"node {name} has no {lack}, and the cyclic load shears it"
 
     def stuck(self, load_factor: cp.Variable | None, margin: cp.Variable | None = None, spare: cp.Parameter | float = 0.0) -> Rows:
         """See `SafeSet.stuck`."""
@@ -98,7 +134,7 @@ class Circles(SafeSet):
         pressure = cp.Variable(nodes, name="pressure_change")  # one dense block of rows serves all corners
         shear = cp.reshape(self.shear, (nodes, 2), order="F")
         rows: dict[str, cp.Constraint] = {"pressures_of_slip": self.pressure == pressure}
-        points = np.zeros((corners, nodes), dtype=bool) if margin is not None else bare(task, self.design is not None)[0]
+        points = self._bare if margin is None else np.zeros((corners, nodes), dtype=bool)
         self._pinned = points & np.isin(np.arange(corners), self._kept)[:, None]  # of a node the first such corner stands for all of the same shear
         first, other = self._pinned.argmax(axis=0), np.zeros_like(points)
         if task.fixed:
@@ -132,43 +168,6 @@ class Circles(SafeSet):
         force = np.maximum(force, np.linalg.norm(slips, axis=-1))
         moves = np.dstack([slips, task.friction * force + opening]).transpose(0, 2, 1) / unit
         return Mechanism(moves, task.friction, *self.held()), force / unit
-
-
-def bare(task: LimitQuestion, designed: bool = False) -> tuple[Booleans, Booleans]:
-    """(K, N) where the friction bound of a node vanishes at a corner, whatever the slip, the load factor, and the design where there is one.
-
-    And (K, N), or (1, N) where nothing is fixed, whether neither the load at load factor 0, nor any slip or design, makes a pressure at the node.
-    """
-    tangent, normal = np.split(np.sqrt(task.stiffness), [-len(task.friction)])
-    alone = (np.abs(task.AB[len(tangent) :]) <= NO_COUPLING * np.outer(normal, tangent)).all(axis=1)
-    unpressed, p1 = alone & (np.abs(task.r0[:, -1]) <= ROUNDING * task.force) & (not designed), np.abs(task.r1[:, -1])
-    return (task.friction == 0) | (unpressed & (p1 <= ROUNDING * p1.max(initial=0.0))), unpressed
-
-
-def helpless(task: LimitQuestion, designed: bool = False) -> tuple[Mechanism, str] | None:
-    """A motion that no slip helps against at any load factor above 0, and why; None where nothing is so plain.
-
-    A node without a bound slips to and fro between two corners whose shears differ; one that nothing presses is lifted by a corner that pulls.
-    """
-    q1, nodes, (points, unpressed) = task.r1[:, :2], np.arange(len(task.friction)), bare(task, designed)
-    first = points.argmax(axis=0)
-    apart = np.linalg.norm(q1 - q1[first, :, nodes].T, axis=1) * points
-    if task.fixed:  # whose shears differ at load factor 0 too may meet at another one
-        apart = apart * (task.r0[:, :2] == task.r0[first, :2, nodes].T).all(axis=1)
-    pull = np.maximum(-task.r1[:, 2], 0.0) * unpressed
-    moved = np.maximum(apart, pull)
-    corner, node = np.unravel_index(int(moved.argmax()), moved.shape)
-    if not moved[corner, node] > ROUNDING * float(np.abs(task.r1).max()):
-        return None
-    moves = np.zeros(task.r1.shape)
-    if pull[corner, node] > apart[corner, node]:
-        moves[corner, -1, node] = 1.0
-        return Mechanism(moves, task.friction), f"node {node} carries no pressure under the mean load, and the cyclic load lifts it"
-    way = np.append(q1[corner, :, node] - q1[first[node], :, node], 0.0)
-    moves[first[node], :, node], moves[corner, :, node] = way, -way
-    moves[[first[node], corner], -1, node] = task.friction[node] * np.linalg.norm(way)
-    lack = "friction" if task.friction[node] == 0 else "pressure"
-    return Mechanism(moves, task.friction), f"node {node} has no {lack}, and the cyclic load shears it"
 
 
 def _outer_corners(cycle: LoadCycle) -> list[int]:

@@ -17,10 +17,9 @@ from ..solve.contradiction import contradiction, is_unbounded
 from .answered import Mechanism
 from .friction_bounds import safe_set
 from .judge import FAR, End, judged
-from .question import LimitQuestion
-from .rigid import rigid_slides
+from .question import LimitQuestion, rigid_slides
 from .safe_set import SafeSet
-from .safe_slip import solve_margin
+from .safe_slip import margin_problem, solve_margin
 from .shakedown_result import ShakedownLimit
 
 
@@ -84,23 +83,22 @@ def _mechanism(which: int, rules: tuple[np.ndarray, np.ndarray], shape: tuple[in
     return Mechanism(np.stack([slips[0] - slips[1], friction * slips.sum(axis=0)], axis=1), friction)
 
 
-def by_one_node(task: LimitQuestion, motion: Mechanism, why: str, solver: str | None, *, under: bool) -> ShakedownLimit:
-    """The limit 0 of a contact in space with a node that is `helpless` at any load factor above 0, or the proof that nothing is safe at 0.
+def by_one_node(v: SafeSet, motion: Mechanism, why: str, solver: str | None) -> ShakedownLimit:
+    """The limit 0 of a contact with a node that is `helpless` at any load factor above 0, or the proof that nothing is safe at 0.
 
     Raises
     ------
-    ModelError
-        `under` constraints of the user's own, which can change nothing.
     SolverError
         The safe slip at load factor 0 is none.
     """
-    state = solve_margin(task, 0.0, solver)
+    task = v.task
+    v.ask(task, 0.0)
+    v = v.posed(margin_problem(v))
+    state = solve_margin(task, 0.0, solver, v)
     if not state.exists:
         unsafe = np.full(task.system.slip_shape, np.nan)
         return ShakedownLimit(np.nan, LimitKind.NO_SAFE_SLIP, unsafe, np.nan, state.record, state._task, state._motion)
-    if under:
-        raise ModelError(f"constraints: {why}: nothing is safe at any load factor above 0, whatever they ask; leave them out")
-    limit = judged(safe_set(task), (0.0, task.own(state.slip), motion))
+    limit = judged(v, (0.0, v.solved_slip, motion))
     if not limit.residual <= RESIDUAL:
         raise SolverError(f"shakedown limit: the slip that is safe under the mean load violates the contact law by {limit.residual:.1e}")
     why = f"no residual slip is safe at any load factor above 0: {why}"

@@ -1,4 +1,4 @@
-"""A limit problem as posed: system, load cycle and friction, checked, with the units in which it is solved."""
+"""A limit problem as posed: system, load cycle and friction, checked, with the units in which it is solved, and the slips that nothing resists."""
 
 from dataclasses import dataclass, field
 from time import perf_counter
@@ -6,16 +6,19 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.linalg import cholesky, lu_factor, lu_solve
+from scipy.linalg.lapack import dpotri
 
 from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, lengths, off_law, parted, reactions
 from ..contact.checks import Array, Booleans, Integers, flag, per_node
-from ..contact.tolerances import CONDENSATION, NO_COUPLING
+from ..contact.tolerances import CONDENSATION, NO_COUPLING, RIGID
 from ..errors import ModelError
 
 Images: TypeAlias = tuple[Integers, Integers, Array]
 """Where a part of a contact is on the whole one, G times: (G, K) corners, (G, m) unknowns and their signs."""
 
 _MOST_SHEAR = 1e6  # a mean shear force above so many mean normal forces leaves fewer digits of them than the proofs need
+_FIRST, _ITERATIONS = 8, 4  # of an inverse iteration: slips at first, twice as many where all are soft, and steps
 _LITTLE_FRICTION = 0.01  # below it, the bounds on q keep p >= 0 only to a hundred times their own accuracy
 
 
@@ -195,3 +198,34 @@ def _slip_bounds(slip_bound: Any, nodes: int) -> Array:
     if most.min() < 0:
         raise ModelError(f"slip_bound: {most.min():g}; it bounds the size of the slip, give a length >= 0, or None for no bound")
     return most
+
+
+def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:
+    """Orthonormal slips that A does not resist, (t N, k), and the compliance (t N, t N) of forces that do no work on them, to slips free of them.
+
+    Each slip and each pressure counts in units of its own stiffness, so that a soft node beside stiff ones is not taken for a free one. A slip that
+    changes a pressure is resisted, however little, or S would not be positive semi-definite.
+    """
+    tangent, normal = np.split(np.sqrt(task.stiffness), [-len(task.friction)])
+    t = len(tangent)
+    scaled, pressure = task.AB[:t] / np.outer(tangent, tangent), task.AB[t:] / np.outer(normal, tangent)
+    idle = ~(scaled.any(axis=0) | (np.abs(pressure).max(axis=0) > RIGID))
+    scaled[idle, idle] = 1.0  # what nothing feels at all, such as slip across a mirror plane, is a slide by itself, so that the others stay exact
+    factor, rng, count, stiffest = lu_factor(scaled + RIGID * np.eye(t)), np.random.default_rng(0), 0, 0.0
+    while stiffest <= RIGID and count < t:  # inverse iteration of more slips than there are soft ones, which many small eigenvalues cannot slow
+        count = min(2 * count or _FIRST, t)
+        soft = rng.normal(size=(t, count))
+        for _ in range(_ITERATIONS):
+            soft = np.linalg.qr(lu_solve(factor, soft))[0]
+        values, turn = np.linalg.eigh(soft.T @ scaled @ soft)
+        stiffest = values[-1]
+    values, soft = values[values <= RIGID], (soft @ turn)[:, values <= RIGID]
+    held = (values > 0) & (np.abs(pressure @ soft).max(axis=0) > RIGID)
+    share = np.where(held, 1 / np.where(held, values, 1.0), 0.0) - 1 / (1 + values)
+    root = cholesky((scaled + soft @ soft.T).T, lower=True, overwrite_a=True, check_finite=False)  # soft slips have the stiffness 1 + value
+    compliance = np.tril(dpotri(root, lower=1, overwrite_c=1)[0])
+    compliance += np.tril(compliance, -1).T + (soft * share) @ soft.T
+    compliance /= np.outer(tangent, tangent)
+    rigid = np.hstack([np.linalg.qr(soft[:, ~held] / tangent[:, None])[0], np.eye(len(tangent))[:, idle]])
+    compliance -= rigid @ (rigid.T @ compliance)
+    return rigid, np.asarray(compliance - (compliance @ rigid) @ rigid.T)

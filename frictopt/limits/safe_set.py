@@ -13,6 +13,7 @@ from typing import Any, Self, TypeAlias
 
 import cvxpy as cp
 import numpy as np
+from scipy.linalg import qr
 from scipy.optimize import nnls
 from scipy.sparse import csr_array
 
@@ -23,8 +24,7 @@ from ..solve.explain import Units
 from .answered import Mechanism
 from .design_loads import DesignLoads
 from .own_rows import OwnRows
-from .question import LimitQuestion
-from .rigid import balanced, rigid_slides
+from .question import LimitQuestion, rigid_slides
 
 Rows: TypeAlias = Mapping[str, cp.Constraint]
 Ruling: TypeAlias = tuple[Integers, Integers]
@@ -76,6 +76,7 @@ class SafeSet(ABC):
     rows: Rows
     units: Units
     idle: str
+    _given: float | None
 
     def __init__(self, task: LimitQuestion, design: DesignLoads | None = None) -> None:
         self.task, self.design, self.rows, self.own, self.parameters = task, design, {}, OwnRows(), dict[str, cp.Parameter]()
@@ -84,14 +85,18 @@ class SafeSet(ABC):
         self.unit = np.where(pressure > _NO_PRESSURE * task.force, pressure, np.maximum(acts, _NO_PRESSURE * task.force))
         rigid, compliance = rigid_slides(task)
         each = np.tile(self.unit, task.system.tangents)[:, None]
-        self.loaded, basis = balanced(each * rigid)
+        modes, resting = rigid.shape[1], each * rigid
+        pivots = qr(resting.T, mode="r", pivoting=True)[1] if modes else np.arange(len(each))
+        balancing, self.loaded = pivots[:modes], np.sort(pivots[modes:])
+        basis = np.zeros((len(each), len(self.loaded)))  # unit tractions, balanced by those at as many rows as there are rigid slips
+        basis[self.loaded, np.arange(len(self.loaded))] = 1.0
+        basis[balancing] = -np.linalg.solve(resting[balancing].T, resting[self.loaded].T)
         forces = csr_array(each * basis)
         slip = (forces.T @ compliance).T
         normal = task.AB[len(each) :] @ slip / self.unit[:, None]
         self.size = 1 / np.maximum(np.abs(normal).max(axis=0), 1.0)
         self.to_slip, self.to_shear, self.to_pressure = slip * self.size, csr_array(basis * self.size), normal * self.size
         self.rigid = rigid * (task.force / (task.stiffness[: len(rigid)] @ rigid**2))
-        modes = self.rigid.shape[1]
         self.traction, self.slide = cp.Variable(len(self.loaded), name="traction"), cp.Variable(modes, name="slide") if modes else None
         self.shear, self.pressure = self.to_shear @ self.traction, self.to_pressure @ self.traction
         if design is not None:
@@ -107,9 +112,13 @@ class SafeSet(ABC):
         of which a part is fixed.
         """
 
+    @abstractmethod
     def ask(self, task: LimitQuestion, load_factor: float | None = None) -> None:
         """Set friction, loads, and the load factor where it is given."""
-        self.task, self._given = task, load_factor
+
+    def helpless(self) -> tuple[Mechanism, str] | None:
+        """A motion that no slip helps against at any load factor above 0, and why; None where nothing is so plain, or programs find it."""
+        return None
 
     @abstractmethod
     def motion(self) -> tuple[Mechanism, Array]:

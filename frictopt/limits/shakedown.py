@@ -21,9 +21,8 @@ import pandas as pd
 from ..contact import ContactSystem, LimitKind, LoadCycle, SolveRecord
 from ..contact.checks import Array, listed, warns_of_odd_values
 from ..contact.tolerances import RESIDUAL
-from ..errors import SolverError
+from ..errors import ModelError, SolverError
 from ..solve.solvers import solve
-from .friction_bounds import helpless
 from .judge import answered, judged, judged_by_rows, refuted
 from .mirrors import half_of, on_whole
 from .open_nodes import rest_under_mean
@@ -144,14 +143,18 @@ class ShakedownModel(SafeModel):
     def of_set(self, task: LimitQuestion, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> ShakedownLimit:
         """The limit with all nodes closed, or of the closed ones, see `rest_of`; maybe under constraints of the user's own, or for an objective."""
         under, solver = bool(own) or objective is not None, self._solver
-        if task.system.tangents > 1:
-            if found := helpless(task):
-                return by_one_node(task, *found, solver, under=under)
-            if not (under or task.r0.any() or task.w0.any()) and (known := by_scaling(task, solver)):
-                return known
-        elif task.simplify and not under and solver is None and task.lift is None and task.uncoupled and (known := in_closed_form(task)):
+        plane, known = task.system.tangents == 1, None
+        if plane and task.simplify and not under and solver is None and task.lift is None and task.uncoupled and (known := in_closed_form(task)):
             return known
         v = self._program(shakedown_problem, task if under else half_of(task), own, objective)
+        if found := v.helpless():
+            known = by_one_node(v, *found, solver)
+        elif not (plane or task.r0.any() or task.w0.any()):
+            known = by_scaling(task, solver)
+        if known and under and known.kind is LimitKind.FINITE:
+            raise ModelError(f"constraints: whatever they ask, {known.reason}; leave them out")
+        if known:
+            return known
 
         def no_limit_here() -> ShakedownLimit | None:
             claim = (None if under else refuted(v)) or no_limit(task, solver)
