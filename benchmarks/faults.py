@@ -76,7 +76,7 @@ FAULTS = (
     Fault("reference/uncoupled.py", "half of the travel", "travel = 2 * (lam", "travel = (lam", "reference_dissipation"),
     Fault("reference/uncoupled.py", "the largest circle", "key=lambda circle: circle[1])", "key=lambda circle: -circle[1])", "spatial_limits"),
     Fault("reference/sliders.py", "one node too many", "F0 * m * (m + 1) / 2 -", "F0 * m * (m - 1) / 2 -",
-          "reference_sliders"),
+          "reference_dissipation"),
     # fem
     Fault("fem/schur.py", "an unknown that nothing holds is let pass", "pivots <= least[first:last]", "pivots < -least[first:last]", "condense"),
     Fault("fem/schur.py", "what fronts leave to the first of several is dropped", "while left:", "if left:", "condense"),

@@ -1,5 +1,8 @@
 """Frequency and damping with amplitude: Jenkins' element, a published oscillator, closed forms of rods, cylinders and spheres, Masing's rule."""
 
+from importlib import import_module
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.linalg import eigh
@@ -69,7 +72,7 @@ def oscillator():
     return fo.ContactSystem.from_blocks(*blocks, [0.0, 1.0], bonded, compliance=F.T @ Ki @ F), np.sqrt(squares[2]) / (2 * np.pi)
 
 
-def test_a_published_oscillator():
+def test_a_published_oscillator(monkeypatch):
     """Its sampled values are those of 25 residual tractions by a code with 100 steps a quarter cycle, 1 % in damping; the range holds them."""
     system, stuck = oscillator()
     assert stuck == pytest.approx(49.42140619, rel=1e-9)
@@ -89,7 +92,9 @@ def test_a_published_oscillator():
     assert same.frequency == pytest.approx(curve.frequency[3:4]) == other.frequency and np.isnan(same.most_damping).all()
     twice = fo.LoadCycle({"static": 1.0}, [{"mode": 2.0}, {"mode": -2.0}])
     assert fo.damping_curve(bare, twice, 0.9, [400.0], natural_frequency=stuck / 2, range=False).displacement == pytest.approx(2 * same.displacement)
-    assert curve.residual >= fo.dissipation_range(system, cycle, 0.9, 1200.0).residual
+    found = SimpleNamespace(residual=1e-3, steady_states=())
+    monkeypatch.setattr(import_module("frictopt.histories.damping"), "dissipation_range", lambda *_, **__: found)
+    assert fo.damping_curve(system, cycle, 0.9, [800.0]).residual == 1e-3
     with pytest.raises(fo.ModelError, match="natural_frequency: 48"):
         fo.damping_curve(system, cycle, 0.9, [800.0], natural_frequency=48.0)
 

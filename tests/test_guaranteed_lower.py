@@ -11,10 +11,9 @@ import frictopt as fo
 from studies.validation import lower_bound as study
 from studies.validation import oracles
 from studies.validation.lower_bound import lower_bound, periodic_bounds
-from systems import CYCLE, FIRST_PAIR, SECOND_PAIR, random_system, system
+from systems import CYCLE, FIRST_PAIR, random_system, system
 
 STICK, FORWARD, BACKWARD, OPEN = 0, 1, -1, 2
-FIRST, SECOND = (FIRST_PAIR, 0.6, 0.391864153760), (SECOND_PAIR, 0.4, 0.532623169108)
 
 
 def returning(status):

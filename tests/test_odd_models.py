@@ -12,7 +12,6 @@ from meshes import blocks, box, hung, uniform_loads
 SYSTEM = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).condense()
 NODE_3D = fo.ContactSystem(np.eye(3), [[0.0, 0.0, 0.0]], {"P": [0, 0, 1], "Q": [1, 0, 0]})
 CYCLE = fo.LoadCycle({"P": 1.0}, [{"Q": 0.1}, {"Q": -0.1}])
-MODEL = blocks(), hung(), uniform_loads()
 
 
 def warned(call):

@@ -84,9 +84,6 @@ def test_accuracy_that_is_lost_is_said():
     for contrast, said in ((1e11, "equilibrium of the bodies"), (1e14, "stiffness: node .* of body 'punch' .* closer together")):
         with pytest.raises(fo.ModelError, match=said):
             fo.scenes.PunchOnHalfPlane(elements=6, growth=2.5, grading=3.0, punch_material=fo.Material(contrast)).condense()
-    for contrast in (1e-6, 1e6):
-        scene = fo.scenes.PunchOnHalfPlane(elements=6, growth=2.5, grading=3.0, punch_material=fo.Material(contrast))
-        assert scene.condense().bonded["Q"][0].sum() == pytest.approx(-2.0, rel=1e-12)
 
 
 def test_sizes_need_not_add_up_in_floating_point():

@@ -1,4 +1,7 @@
-"""The closed forms of Hertz, Cattaneo and Mindlin against their own integrals; `test_path_line_contact` has them against a discrete contact."""
+"""The closed forms of Hertz, Cattaneo and Mindlin against their own integrals, and the half-plane's influence matrix against its own.
+
+`test_path_line_contact` has each against the other: closed forms know no matrix, the matrix knows no closed form.
+"""
 
 from itertools import pairwise
 
@@ -6,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from frictopt.reference import LineContact, contact_modulus
+from frictopt.reference import LineContact, contact_modulus, half_plane_contact, half_plane_influence
 
 CONTACT = LineContact(P=1.3, R=8.0, E_star=2.6 * 4 / np.pi, f=0.3)  # half-width 2
 SHARES = (0.4375, 0.75, 0.9375)  # of gross sliding
@@ -49,3 +52,43 @@ def test_tractions_are_zero_and_slip_is_unknown_outside_the_contact():
     outside = [-2.01, 3.0]
     assert (CONTACT.pressure(outside) == 0).all() and (CONTACT.shear(outside, 0.1) == 0).all()
     assert np.isnan(CONTACT.slip(outside, 0.1)).all()
+
+
+def test_influence_is_the_mean_of_the_logarithm_over_both_cells():
+    nodes, E_star = 7, 1.7
+    G = half_plane_influence(nodes, E_star)
+    for i, j in [(0, 0), (1, 2), (0, 2), (0, 6)]:
+        offset = abs(i - j)
+        points = [point for point in (-offset, 0) if abs(point) < 1]
+
+        def integrand(t, offset=offset):  # t: difference of the places in the two cells, in cells
+            return (1 - abs(t)) * np.log(abs(offset + t) / nodes) if offset + t else 0.0
+
+        mean, _ = quad(integrand, -1, 1, points=points, epsabs=1e-10, limit=200)
+        assert G[i, j] == pytest.approx(-2 / (np.pi * E_star) * mean, rel=1e-8)
+
+
+def test_influence_of_distant_cells_has_no_cancellation():
+    G = half_plane_influence(4000, np.pi)
+    d = np.array([500.0, 3999.0])
+    series = np.log(d / 4000) - 1 / (12 * d**2) - 1 / (60 * d**4)  # the mean of the logarithm, expanded about the distance of the middles
+    assert G[0, d.astype(int)] == pytest.approx(-2 / np.pi * series / np.pi, abs=1e-13)
+
+
+@pytest.mark.parametrize("nodes", [2, 3, 50])
+def test_stiffness_inverts_the_influence_up_to_translation(nodes):
+    arrays, G = half_plane_contact(nodes, 1.0, 2.0), half_plane_influence(nodes, 2.0)
+    A, share = arrays["A"], arrays["bonded"]["P"][1]
+    assert np.linalg.eigvalsh(G)[0] > 0
+    assert arrays["x"] == pytest.approx((2 * np.arange(nodes) + 1) / nodes - 1) and not arrays["gap"].any()  # middles of the cells
+    assert np.abs(A.sum(axis=1)).max() < 1e-13 * np.abs(A).max()
+    assert np.linalg.eigvalsh(A)[1] > 1e-3
+    r = np.random.default_rng(1).normal(size=nodes)
+    for translation in (0.0, 3.7):
+        assert A @ (G @ r + translation) + r.sum() * share == pytest.approx(r, abs=1e-12)
+    assert np.ptp(G @ share) < 1e-13
+    assert share.sum() == pytest.approx(1, rel=1e-12)
+    shifted = G + 5.0  # another zero of the displacement
+    inverse = np.linalg.inv(shifted)
+    assert inverse.sum(axis=1) / inverse.sum() == pytest.approx(share, rel=1e-9)
+    assert inverse - np.outer(inverse.sum(axis=1), inverse.sum(axis=0)) / inverse.sum() == pytest.approx(A, abs=1e-10)

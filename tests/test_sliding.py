@@ -17,15 +17,18 @@ SCENE = fo.scenes.SquarePunch(elements=2, growth=3.0)
 def test_a_punch_held_by_friction_alone_says_which_way_it_slides():
     """By hand: a pressure of 1 on 2 x 2 and shears of 1.24 and 0.3 * sqrt(2) * 4 against f P = 1.2."""
     system = SCENE.condense()
+    turn = np.kron([[0, 1, 0], [-1, 0, 0], [0, 0, 1]], np.eye(9))  # the tangents by a right angle
+    loads, frames = {name: turn @ joined(*pair) for name, pair in system.bonded.items()}, system.frames[:, [1, 0, 2]] * [[1], [-1], [1]]
+    turned = fo.ContactSystem(turn @ system.S @ turn.T, system.points, loads, frames=frames)
     for corner, along, demand in (({"Qx": -0.31}, "(-1, 0, 0)", 1.24), ({"Qx": 0.3, "Qy": 0.3}, "(0.707107, 0.707107, 0)", 1.697)):
         cycle = fo.LoadCycle({"P": 1.0}, [{"Qx": 0.1}, corner])
         told = (
             f"load at the corner ({cycle.corner_names[1]}) is beyond friction: body 1 (at 9 of 9 nodes) slides as a whole along {along}; the load "
             f"drives it with {demand}, and "
         )
-        for ask in (fo.march, fo.steady_state):
+        for ask, contact in ((fo.march, system), (fo.steady_state, turned)):
             with pytest.raises(fo.NoContinuation, match=re.escape(told + "friction can hold f P = 1.2 at most")):
-                ask(system, cycle, 0.3, 1.0)
+                ask(contact, cycle, 0.3, 1.0)
     assert fo.march(system, fo.LoadCycle({"P": 1.0}, [{"Qx": 0.299}]), 0.3, 1.0, cycles=1, steps=2).residual <= 1e-9
     with pytest.raises(fo.NoContinuation, match="the mean load is beyond friction"):
         fo.march(system, fo.LoadCycle({"P": 1.0, "Qx": 0.4}, [{"Qx": 0.1}]), 0.3, 1.0)

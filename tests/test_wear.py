@@ -1,6 +1,7 @@
 """Wear in jumps of cycles, against Archard's law step by step, closed forms, and itself under changes that must not matter."""
 
-import sys
+from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -69,7 +70,7 @@ def test_the_table_says_what_the_arrays_say(coarse):
     assert table["work"][0] == first.dissipation and table["slipping"][0] == first.slipping.sum() and table["outcome"][0] == "CYCLIC_SLIP"
     stuck = np.abs(COARSE[0].x) < 0.7
     assert np.allclose(table["stick_width"], width[stuck].sum()), "the stick zone of a contact under constant force stays"
-    assert coarse.worn_in and table["work"].iloc[-1] <= 1e-3 * table["work"].max() and first.residual <= coarse.residual <= 1e-9
+    assert coarse.worn_in and table["work"].iloc[-1] <= 1e-3 * table["work"].max() and coarse.residual <= 1e-9
 
 
 def test_wear_by_work_is_archards_with_the_friction_in_the_coefficient():
@@ -137,13 +138,15 @@ def test_what_stops_wear_keeps_what_is_done(error, monkeypatch):
         asked.append(options)
         if len(asked) == 20:
             raise error("stop")
-        return fo.steady_state(*args, **options)
+        steady = fo.steady_state(*args, **options)
+        return replace(steady, record=replace(steady.record, residual=5e-10)) if len(asked) == 1 else steady
 
-    monkeypatch.setattr(sys.modules["frictopt.histories.wear"], "steady_state", stops)
+    monkeypatch.setattr(import_module("frictopt.histories.wear"), "steady_state", stops)
     with pytest.raises(error) as caught:
         fo.wear(*COARSE, coefficient=1e-3)
     history = caught.value.history
     assert 4 < len(history.depth) < 11 and 0 < history.cycles[-1] and history.reason == f"{error.__name__}: stop" and not history.worn_in
+    assert history.residual == 5e-10  # the largest of all its states
     assert "`history`" in caught.value.__notes__[0]
     monkeypatch.undo()
     assert fo.wear(history.system, *COARSE[1:], coefficient=1e-3, initial_state=history.state, cycles=1e3).volume > 0
