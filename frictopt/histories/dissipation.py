@@ -147,7 +147,8 @@ def _table(runs: Sequence[Run], rows: Mapping[str, Row]) -> pd.DataFrame:
     """The runs that have a row, in their order."""
     case = runs[0].case if runs else None
     force = 0.0 if case is None else abs(float(case.cycle.mean_reaction(case.system)[1].sum()))
-    scale = case.system.E_star / force**2 if case is not None and case.system.E_star is not None and force**2 > 0 else np.nan
+    modulus = None if case is None or case.system.tangents > 1 else case.system.E_star
+    scale = np.nan if modulus is None or not force**2 > 0 else modulus / force**2
     records = []
     for run in (run for run in runs if run.key in rows):
         row, start, limit = rows[run.key], run.start, np.nan if run.case.limit is None else run.case.limit.load_factor

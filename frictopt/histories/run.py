@@ -146,7 +146,7 @@ def _row(run: Run) -> Row:
 
 def _failed(run: Run, error: str, seconds: float = np.nan) -> Row:
     """The row of a run that has no result."""
-    return _input(run) | {"outcome": "FAILED", "engine": "path", "seconds": seconds, "error": error}
+    return _input(run) | {"outcome": "FAILED", "engine": "path" if run.case.system.tangents == 1 else "newton", "seconds": seconds, "error": error}
 
 
 def _input(run: Run) -> Row:
