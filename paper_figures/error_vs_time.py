@@ -48,10 +48,11 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
         _front(axes, rows[rows["on_front"]].sort_values("seconds"))
     for axes in panels[len(shown) :]:
         axes.axis("off")
-    for axes in grid:
-        place = axes.get_subplotspec()
-        axes.set_xlabel("run time, s" if place.is_last_row() else "")
-        axes.set_ylabel("relative error" if place.is_first_col() else "")
+    for place, axes in enumerate(grid):
+        last = place + _COLUMNS >= len(grid) or grid[place + _COLUMNS] in panels[len(shown) :]
+        axes.set_xlabel("run time, s" if last else "")
+        axes.tick_params(labelbottom=last)
+        axes.set_ylabel("relative error" if place % _COLUMNS == 0 else "")
     _legend(legend, pd.concat(shown.values()))
     return figure
 

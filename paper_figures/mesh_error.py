@@ -71,7 +71,7 @@ def _surface(axes: Any, table: pd.DataFrame) -> None:
         axes.plot(rows["corner_size"], rows["load_factor"], **series, lw=0.8, label=f"${give:g}\\,a$" if give else "0 (hard)")
         slips = rows[rows["onset"] > 0]  # else the mean load alone slips
         axes.plot(slips["corner_size"], slips["onset"], **(series | {"linestyle": ":"}), mfc="white", mew=0.7, lw=0.8)
-    axes.set_xscale("log")
+    whole_decades(axes, "x")
     axes.set_ylim(0, 1.9 * table["load_factor"].max())
     axes.set_xlabel("corner element / $a$")
     axes.set_ylabel(rf"$\lambda_2$ (full), onset (open), $f = {table['friction'].iloc[0]:g}$")

@@ -45,7 +45,7 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
         line, words = _LIMITS[name]
         work.axvline(place, color=BLACK, linestyle=line, lw=0.8, label=words)
     work.set_xlabel(r"load factor / $\lambda_2$")
-    work.set_ylabel("work of friction per cycle")
+    work.set_ylabel(r"work of friction per cycle $W E / (a^3 \bar p^2)$")
     work.set_ylim(0.0, 1.5 * rows["most"].max())  # room for the legend
     work.legend(loc="upper left", ncols=2, columnspacing=1.0, handlelength=1.6, frameon=True, framealpha=1.0, edgecolor="none")
     for axes, letter in zip((friction, mesh, work), "abc", strict=True):

@@ -22,7 +22,7 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     (depth, pressure), (work, limits), joint = figure.subplots(3, 2)
     profiles = tables["profiles"]
     for (cycles, rows), look in zip(profiles.groupby("cycles"), SERIES, strict=False):
-        line = {"color": look["color"], "linestyle": look["linestyle"], "label": f"{cycles:.3g}"}
+        line = {"color": look["color"], "linestyle": look["linestyle"], "label": f"{cycles:,.0f}"}
         depth.plot(rows["x"], rows["depth"], **line)
         pressure.plot(rows["x"], rows["pressure"], **line)
     first = profiles[profiles["cycles"] == 0]
