@@ -18,8 +18,7 @@ from .contact.files import WRITERS, output
 from .errors import FrictoptError, ModelError, StoreError
 
 if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
-    from .contact import ContactSystem
-    from .contact.result import Table
+    from .contact import ContactSystem, Table
 
 _KINDS = {"shakedown": "shakedown_limit", "guaranteed": "guaranteed_limit", "separated": "separated_limit", "onset": "onset"}
 _ROWS = 8  # of a table that is printed

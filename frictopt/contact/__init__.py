@@ -5,7 +5,7 @@ from .cycle import LoadCycle, checked_cycle
 from .diagnosis import unscaled_diagnosis
 from .onset import Onset, OnsetEvent
 from .parts import joined, parted
-from .result import Attempt, LimitKind, Outcome, Plotted, Recorded, Shown, SolveRecord, bar_of, components, frame, places
+from .result import Attempt, LimitKind, Outcome, Plotted, Recorded, Shown, SolveRecord, Table, bar_of, components, frame, places
 from .state import ContactState
 from .system import ContactSystem, checked_plane, checked_system, reactions
 
@@ -22,6 +22,7 @@ __all__ = [
     "Recorded",
     "Shown",
     "SolveRecord",
+    "Table",
     "Verdict",
     "bar_of",
     "checked_cycle",

@@ -5,18 +5,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from numbers import Real
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 from ..errors import ModelError
 from .checks import Array, checked_loads, listed, shown
 from .history import history_corners, independent_corners
 from .parts import parted
-from .result import Plotted
+from .result import Plotted, Table
 from .system import ContactSystem, checked_system, reactions
 from .tolerances import ROUNDING
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 _SHOWN = 4  # corners in the text of a load cycle: those of two independent loads
 
@@ -130,9 +127,7 @@ class LoadCycle(Plotted):
         return tuple(_sum(loads, corner, load_factor) for loads, corner in zip(unscaled, self.corners, strict=True))
 
     @classmethod
-    def from_history(
-        cls, history: "pd.DataFrame", *, mean: Mapping[str, float] | None = None, time: str | None = None, tolerance: float = 0.0
-    ) -> Self:
+    def from_history(cls, history: Table, *, mean: Mapping[str, float] | None = None, time: str | None = None, tolerance: float = 0.0) -> Self:
         """The load cycle of a measured history, which is repeated again and again; at load factor 1 it is the history itself.
 
         Points on the straight segment between their neighbours are left out, because friction knows no time, and so is a last row that equals the

@@ -1,15 +1,11 @@
 """Corners of a load cycle from what engineers have: a history in a table, or load cases that vary independently."""
 
 from collections.abc import Hashable, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import ModelError
 from .checks import Array, check_name, checked_loads, finite_array, finite_number, listed, shown
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 _ROUNDING = 4 * np.finfo(float).eps  # distance from the straight segment, over the largest amplitude of the load case, that counts as rounding
 _MOST_CORNERS = 100_000
@@ -86,7 +82,12 @@ def history_corners(
     if not cases or not len(history):
         raise ModelError(f"history: {len(history)} rows, {len(cases)} load cases; give at least one of each")
     if clock is not None:
-        _check_time(str(clock), history[clock])
+        try:
+            ordered = not history[clock].isna().any() and bool(history[clock].is_monotonic_increasing)
+        except TypeError:  # neither numbers nor dates alone
+            ordered = False
+        if not ordered:
+            raise ModelError(f"history[{str(clock)!r}]: the time decreases or is missing somewhere; sort the rows by time")
     loads = np.column_stack([finite_array(f"history[{name!r}]", history[name].to_numpy(), (None,)) for name in cases])
     given = {} if mean is None else dict(checked_loads("mean", mean))
     middle = {name: float(low / 2 + high / 2) for name, low, high in zip(cases, loads.min(axis=0), loads.max(axis=0), strict=True)}
@@ -154,13 +155,3 @@ def _time_column(columns: list[Hashable], time: object) -> Hashable:
     if not isinstance(time, str) or time not in columns:
         raise ModelError(f"time: {shown(time)}; give the name of a column of the history, one of {shown([str(name) for name in columns])}")
     return time
-
-
-def _check_time(name: str, times: "pd.Series") -> None:
-    """Check that rows are in the order of time: numbers or dates that do not decrease."""
-    try:
-        ordered = not times.isna().any() and bool(times.is_monotonic_increasing)
-    except TypeError:
-        ordered = False
-    if not ordered:
-        raise ModelError(f"history[{name!r}]: the time decreases or is missing somewhere; sort the rows by time")

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from html import escape
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,13 +12,10 @@ from .coulomb import lengths, reach
 from .cycle import LoadCycle
 from .diagnosis import unscaled_diagnosis
 from .parts import joined, parted
-from .result import Plotted, Shown, frame
+from .result import Plotted, Shown, Table, frame
 from .state import ContactState
 from .system import ContactSystem, reactions
 from .tolerances import CONDENSATION, RESIDUAL, ROUNDING, SIMULTANEOUS
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 @dataclass(frozen=True, repr=False)
@@ -141,7 +137,7 @@ class Onset(Shown, Plotted):
         q0, p0, q1, p1 = self._loads
         return q0 + (factor * q1.T).T, p0 + (factor * p1.T).T
 
-    def to_frame(self) -> "pd.DataFrame":
+    def to_frame(self) -> Table:
         """The DataFrame of all events, by corner: columns corner and its loads, event, load_factor, node (NA if it never happens), sense."""
         kinds = self.slips, self.separations, *([self.touches] if self.touches else [])
         events = [event for corner in zip(*kinds, strict=True) for event in corner]

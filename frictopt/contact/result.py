@@ -202,7 +202,7 @@ class Plotted:
         return import_module("frictopt.plots.draw").draw(self, ax)  # here, for matplotlib is slow to import and need not be installed
 
 
-def frame(columns: Mapping[str, object], units: str | None = None) -> "pd.DataFrame":
+def frame(columns: Mapping[str, object], units: str | None = None) -> Table:
     """A pandas DataFrame with these columns; `units` go to its `attrs`."""
     import pandas as pd  # imported here, because only tables need it
 

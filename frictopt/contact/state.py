@@ -2,15 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from ..errors import ModelError
 from .checks import Array, Booleans, finite_array, real_array, shown, whole_number
-from .result import Shown, components, frame
+from .result import Shown, Table, components, frame
 from .system import ContactSystem
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -72,7 +68,7 @@ class ContactState(Shown):
         """(N,) which nodes have a gap."""
         return self.gap > 0
 
-    def to_frame(self) -> "pd.DataFrame":
+    def to_frame(self) -> Table:
         """The DataFrame of the nodes: columns node, slip (in space slip1, slip2), gap."""
         return frame({"node": range(len(self.slip)), **components("slip", self.slip), "gap": self.gap})
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,13 +15,10 @@ from ..errors import ModelError
 from . import files
 from .checks import Array, Names, checked_contact, checked_loads, checked_overlaps, finite_array, finite_number, frozen, real_array
 from .parts import arc_length, check_order, checked_bonded, checked_frames, checked_width, compliances, joined, parted
-from .result import Plotted, Shown, frame
+from .result import Plotted, Shown, Table, frame
 from .stiffness import check_semi_definite, in_series, overlapping, symmetrised
 from .tolerances import RIGID
 from .units import checked_units
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 _SOFTER = 1e18  # than the bodies, which springs in some directions may be while others are not: beyond, rounding hides what these carry
 
@@ -200,7 +197,7 @@ class ContactSystem(Shown, Plotted):
         units = {} if self.units is None else {"units": self.units}
         return {"nodes": self.nodes, **place, **several, "loads": sorted(self.bonded), "gap": bool(self.gap.any()), **units}
 
-    def to_frame(self) -> "pd.DataFrame":
+    def to_frame(self) -> Table:
         """A pandas DataFrame with one row for each node: node, contact and width where they are known, x (in the plane), gap, point and normal."""
         columns: dict[str, ArrayLike] = {"node": np.arange(self.nodes)}
         if self.tangents == 1:

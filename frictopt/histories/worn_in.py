@@ -2,21 +2,18 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, Outcome, SolveRecord, checked_cycle, checked_system, frame, friction_coefficients, places, reactions
+from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, reactions
 from ..contact.checks import Array, Booleans, finite_number, frozen, warns_of_odd_values
 from ..contact.diagnosis import open_nodes
+from ..contact.result import Outcome, SolveRecord, Table, frame, places
 from ..contact.tolerances import CONDENSATION, RESIDUAL
 from ..errors import ModelError, SolverError
 from ..transients import SteadyState, steady_state
 from .wear_history import Worn
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 _RELIEF = 0.03  # of the pressure that a node's own wear takes off it, taken off by the same wear at another one: half-planes in cells have 0.01
 
@@ -58,7 +55,7 @@ class WornIn(Worn):
     record: SolveRecord
     proven: bool = True
 
-    def to_frame(self) -> "pd.DataFrame":
+    def to_frame(self) -> Table:
         """The DataFrame of the nodes: columns node, x, stick, depth; in space x, y, z."""
         return frame({"node": range(len(self.depth)), **places(self.system), "stick": self.stick, "depth": self.depth}, units=self.system.units)
 

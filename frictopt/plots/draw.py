@@ -11,7 +11,7 @@ from ..errors import ModelError
 if TYPE_CHECKING:  # matplotlib need not be installed
     from matplotlib.axes import Axes
 
-    from ..contact.result import Table
+    from ..contact import Table
     from .style import AxesArray
 
 _NEEDED = ("friction", "friction_std", "friction_number", "load_factor", "load_ratio", "family", "outcome", "dissipation")

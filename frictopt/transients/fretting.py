@@ -1,26 +1,23 @@
 """What frets where: a steady cycle, node by node, in the words of fretting fatigue, and its parameters on critical planes."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import components, frame, places
+from ..contact import Table, components, frame, places
 from ..contact.checks import Array, finite_array, listed
 from ..contact.tolerances import COUNTS
 from ..errors import ModelError
 from .trajectory import Trajectory
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 _NOTE = "at the ends of a contact with sharp corners, tractions, F1, F2 and SWT are a property of the mesh; refine it before you compare them"
 _PLANES, _BEST = 800, 20  # planes that are tried first, 5 degrees apart, and the best of them: one alone may be beside a lower peak
 _STEP, _FINER, _ROUNDS = 5.0, 0.4, 10  # degrees of the first steps about them, how much smaller they become, and how often: at last 0.001 degrees
 
 
-def fretting_table(states: Trajectory, work: Array, stress: ArrayLike | None, strain: ArrayLike | None) -> "pd.DataFrame":
+def fretting_table(states: Trajectory, work: Array, stress: ArrayLike | None, strain: ArrayLike | None) -> Table:
     """The table of a steady cycle with so much work of friction at each node, (N,), see `SteadyState.fretting_table`."""
     system = states.system
     width, names, unit = (system.width, ("tau", "pressure"), "") if system.width is not None else (np.ones(system.nodes), ("q", "p"), "_force")

@@ -2,15 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..contact import Plotted, Shown, frame
+from ..contact import Plotted, Shown, Table, frame
 from ..contact.checks import Array, Integers
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -61,7 +57,7 @@ class LoadLoop(Shown, Plotted):
         way = np.ptp(self.displacement)
         return float(np.ptp(self.amplitude) / way) if way > 0 else np.inf
 
-    def to_frame(self) -> "pd.DataFrame":
+    def to_frame(self) -> Table:
         """The DataFrame of the states: columns amplitude, displacement, slipping."""
         return frame({name: getattr(self, name) for name in ("amplitude", "displacement", "slipping")})
 

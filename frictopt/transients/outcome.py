@@ -2,12 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactState, ContactSystem, LoadCycle, Outcome, Plotted, Recorded, SolveRecord, components, frame, places
+from ..contact import ContactState, ContactSystem, LoadCycle, Outcome, Plotted, Recorded, SolveRecord, Table, components, frame, places
 from ..contact.checks import Array, Booleans, finite_number, frozen, whole_number
 from ..contact.tolerances import SAME_STATE
 from ..errors import ModelError, SolverError
@@ -15,9 +14,6 @@ from .fretting import fretting_table, worst_planes
 from .loop import LoadLoop
 from .march import amplitudes_at, march
 from .trajectory import Trajectory
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -122,7 +118,7 @@ class SteadyState(Recorded, Plotted):
         """How the transient was followed: "path", exactly, or "newton", in increments."""
         return "newton" if self.steps else "path"
 
-    def to_frame(self) -> "pd.DataFrame":
+    def to_frame(self) -> Table:
         """The DataFrame of the nodes: columns node, x, slip, open, dissipation (work of friction per cycle); in space x, y, z, slip1, slip2."""
         columns = {"node": range(len(self.gap)), **places(self.system), **components("slip", self.slip), "open": self.open}
         return frame({**columns, "dissipation": self.dissipation_per_node}, units=self.system.units)
@@ -190,7 +186,7 @@ class SteadyState(Recorded, Plotted):
         findley: float = 0.3,
         crossland: float = 0.3,
         fatemi_socie: float = 0.0,
-    ) -> "pd.DataFrame":
+    ) -> Table:
         """What frets where: one row for each node.
 
         Theory, eq. (22).

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact import ContactState, ContactSystem, LoadCycle, Plotted, Shown, SolveRecord, Verdict, components, frame, joined, places, referee
+from ..contact import ContactState, ContactSystem, LoadCycle, Plotted, Shown, SolveRecord, Table, Verdict, components, frame, joined, places, referee
 from ..contact.checks import Array, choice, frozen, whole_number
 from ..contact.tolerances import SIMULTANEOUS
 from ..errors import ModelError
@@ -18,7 +18,6 @@ from .loop import LoadLoop
 if TYPE_CHECKING:
     from pathlib import Path
 
-    import pandas as pd
     import xarray as xr
 
 
@@ -200,7 +199,7 @@ class Trajectory(Shown, Plotted):
         """The place of a load case among those of the system."""
         return list(self.system.bonded).index(choice("case", case, self.system.bonded))
 
-    def to_frame(self) -> "pd.DataFrame":
+    def to_frame(self) -> Table:
         """The DataFrame of all states and nodes: columns state, time, node, x, slip, gap, q, p, status, work; in space y, z, slip1 ..
 
         The status is a word: "stick", "slip", "open"; in the plane "slip+" along the tangent and "slip-" against it.
