@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ModelError, ModelWarning
 
@@ -33,6 +33,13 @@ F = TypeVar("F", bound=Callable[..., object])
 def frozen(values: object) -> Array:
     """Return a read-only float64 copy."""
     copy = np.array(values, dtype=np.float64, order="C")
+    copy.flags.writeable = False
+    return copy
+
+
+def whole(values: ArrayLike) -> Integers:
+    """Return a read-only copy of whole numbers."""
+    copy = np.array(values, dtype=np.intp)
     copy.flags.writeable = False
     return copy
 

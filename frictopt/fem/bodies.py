@@ -11,8 +11,7 @@ from skfem import Mesh
 from ..contact.checks import Array, Integers, check_text, choice, finite_numbers, shown
 from ..errors import ModelError
 from .elasticity import ELEMENT_NAMES, ElementName, Material
-from .elements import QUADRATIC, facet_nodes, functions_of, points_from, quadratic, through_corners
-from .ordering import parts_of
+from .elements import QUADRATIC, facet_nodes, functions_of, parts_of, points_from, quadratic, through_corners
 
 Place = str | tuple[float, ...]
 """Name of a boundary, or the coordinates of one node."""

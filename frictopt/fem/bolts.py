@@ -12,8 +12,7 @@ from ..contact.checks import Array, Integers
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Kinematics, Part, boundary_forces
-from .elements import facet_nodes, points_from
-from .ordering import parts_of
+from .elements import facet_nodes, parts_of, points_from
 
 _FLAT = 1e-3  # share of its extent by which a section may be out of its plane: decks have few digits
 

@@ -15,8 +15,7 @@ from ..contact.tolerances import EQUILIBRIUM
 from ..errors import ModelError
 from .given import check_forgotten, checked_forces, checked_gap, checked_normals, checked_pairs, checked_rows, checked_stiffness, same_point
 from .interface import Interface, check_course, check_sides, frames_of, guided, half_widths, openings
-from .ordering import NO_ROWS
-from .rigid import balanced, check_supports, free_motions, node_graph, slips_of
+from .rigid import NO_ROWS, balanced, check_supports, free_motions, node_graph, slips_of
 from .schur import Elimination, nested_dissection
 
 _MANY = 300  # displacements that a rotation may be joined to, those of the elements at its node; a mode of a body is joined to more

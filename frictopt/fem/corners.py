@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from ..contact.checks import Array, Integers, place
 from ..errors import ModelError
 from .contacts import Contact
-from .ordering import parts_of
+from .elements import parts_of
 
 
 def shares(

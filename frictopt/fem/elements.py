@@ -1,9 +1,11 @@
-"""Elements of bodies: the linear and the quadratic ones of scikit-fem, their nodes on facets, and midside nodes that follow corners."""
+"""Elements of bodies: the linear and the quadratic ones of scikit-fem, their nodes on facets, which of them hang together, and midside nodes."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.sparse import csr_matrix, diags
+from scipy.sparse import coo_matrix, csr_matrix, diags
+from scipy.sparse.csgraph import connected_components
 from skfem import Basis, Element, ElementHexS2, ElementQuadS2, Mesh, MeshHex1, MeshHex2, MeshQuad1, MeshQuad2, MeshTet1, MeshTet2, MeshTri1, MeshTri2
 
 from ..contact.checks import Array, Booleans, Integers, place
@@ -72,6 +74,19 @@ def places_of(mesh: Mesh, facets: Integers) -> tuple[Integers, Integers]:
 def facet_nodes(mesh: Mesh, facets: Integers) -> Integers:
     """All nodes on some facets, each once."""
     return np.asarray(mesh.dofs.get_facet_dofs(facets).flatten())
+
+
+def parts_of(links: Sequence[Integers] | Integers, size: int) -> Integers:
+    """(size,) number of the part that each of some things belongs to, by links (2, m) of them."""
+    return np.asarray(connected_components(coo_matrix((np.ones(len(links[0])), tuple(links)), shape=(size, size)), directed=False)[1])
+
+
+def places_among(rows: Integers, others: Integers) -> Integers:
+    """(m,) place of each row of numbers (m, k) among others (n, k), in whatever order they stand in a row; -1 where it is none of them."""
+    _, number = np.unique(np.sort(np.concatenate([others, rows]), axis=1), axis=0, return_inverse=True)
+    place = np.full(len(number), -1)
+    place[number.ravel()[: len(others)]] = np.arange(len(others))
+    return np.asarray(place[number.ravel()[len(others) :]])
 
 
 def midside_ties(mesh: Mesh, facets: Integers, argument: str) -> csr_matrix:

@@ -9,8 +9,8 @@ from scipy.spatial import cKDTree
 from ..contact.checks import Array, Integers, checked_cases, choice, finite_array, frozen, listed, place, whole_array
 from ..contact.tolerances import CONDENSATION, SAME_POINT
 from ..errors import ModelError
+from .elements import parts_of
 from .interface import Interface
-from .ordering import parts_of
 
 _SYMMETRY = 10 * CONDENSATION  # asymmetry of a given stiffness, over its largest entry: other codes write ten digits or more
 

@@ -9,8 +9,8 @@ from ..contact.checks import Array, Integers, place
 from ..contact.tolerances import CONDENSATION, EQUILIBRIUM, SAME_POINT
 from ..errors import ModelError
 from .interface import Interface
-from .ordering import NO_ROWS
 
+NO_ROWS: Integers = np.zeros(0, dtype=np.intp)
 _FREE_MOTION = CONDENSATION  # a rigid motion is free if its forces, over the stiffness of the nodes it moves, are smaller: rounding of the stiffness
 
 

@@ -7,10 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 
-from ...contact.checks import Array, Booleans, Integers, whole_array
+from ...contact.checks import Array, Booleans, Integers, whole, whole_array
 from ...contact.tolerances import ROUNDING
 from ...errors import ModelError
-from ..ordering import whole
 from .text import Block, fields, number
 
 Terms = list[tuple[int, int, float]]  # what follows, what leads, and the weight: 6 i + k is displacement k of node i, from 3 on its rotation

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...contact import Shown
-from ...contact.checks import Array, Integers, finite_array, frozen, shown, whole_array, whole_number
+from ...contact.checks import Array, Integers, finite_array, frozen, shown, whole, whole_array, whole_number
 from ...errors import ModelError
-from ..ordering import whole
 from .constraints import CONSTRAINING, Constraints, constraints_of
 from .kinds import FACELESS, LINES, PLANE, PLANES, SHAPES, SOLID, SOLIDS, shape_of
 from .text import Block, blocks, elements_of, fields, members_of, number, parameters, thickness

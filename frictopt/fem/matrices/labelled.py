@@ -14,11 +14,11 @@ from scipy.spatial import cKDTree
 from skfem import Mesh
 
 from ...contact import Shown
-from ...contact.checks import Array, Integers, frozen, place, shown
+from ...contact.checks import Array, Integers, frozen, place, shown, whole
 from ...errors import ModelError
+from ..elements import parts_of, places_among
 from ..faces import lines_along
 from ..given import checked_stiffness, same_point
-from ..ordering import parts_of, places_among, whole
 from ..rigid import node_graph
 from .constraints import checked_labels, displaced, rows_of_nodes
 from .deck import Deck, deck_of_points

@@ -15,8 +15,7 @@ from skfem import Mesh
 from ...contact.checks import Array, Integers, place, shown
 from ...contact.tolerances import SAME_POINT
 from ...errors import ModelError
-from ..elements import QUADRATIC, completion
-from ..ordering import places_among
+from ..elements import QUADRATIC, completion, places_among
 from .constraints import Constraints
 from .deck import Deck, read_deck
 from .kinds import PLANE, SOLID
