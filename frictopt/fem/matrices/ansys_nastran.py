@@ -1,7 +1,7 @@
 """Matrices of Ansys Mechanical APDL and of Nastran, through the libraries that read their files."""
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from ...contact.checks import Integers, shown, whole_array
 from ...errors import ModelError
 from .deck import Deck, deck_of_points
 from .job import MatrixJob
-from .meshes import file_path, library
+from .meshes import by_library, file_path, library
 
 _ANSYS = "ansys-mapdl-reader"
 # By type and nodes, as Abaqus names them.
@@ -174,20 +174,3 @@ def _chosen(found: Mapping[str, Any], name: str | None, file: Path) -> Any:
     if key not in found or (name is None and len(found) > 1):
         raise ModelError(f"name: {shown(name)}; {file.name} has the matrices {', '.join(sorted(found)).upper() or 'of no name'}: give one of these")
     return found[key]
-
-
-def by_library(name: str, read: Callable[[str], Any], file: Path, what: str) -> Any:
-    """What a library reads from a file.
-
-    Raises
-    ------
-    ModelError
-        The file is missing, or the library cannot read it.
-    """
-    if not file.is_file():
-        raise ModelError(f"{what}: there is no file {str(file)!r}; give its path")
-    try:
-        return read(str(file))
-    except Exception as error:  # libraries let through whatever a damaged file makes
-        problem = str(error).strip() or type(error).__name__
-        raise ModelError(f"{what}: {name} cannot read {str(file)!r} ({problem}); give the file as the code wrote it") from error

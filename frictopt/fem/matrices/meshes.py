@@ -1,6 +1,6 @@
 """Meshes of files and decks, through meshio and scikit-fem."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stdout
 from dataclasses import replace
 from importlib import import_module
@@ -168,12 +168,8 @@ def _faces(mesh: Mesh, faces: Mapping[str, Sequence[Integers]], what: str) -> di
 
 def _deck_of(file: Path) -> Deck:
     """What meshio reads, its elements numbered one block after the other; groups of gmsh without a name are called by their number."""
-    meshio = meshio_library()
-    try:
-        with redirect_stdout(StringIO()):  # meshio prints why each format that it tries first does not fit
-            found = meshio.read(file)
-    except (Exception, SystemExit) as error:  # meshio leaves the process where a file is damaged
-        raise ModelError(f"mesh {str(file)!r}: meshio cannot read it ({str(error).strip() or type(error).__name__}); give a mesh file") from error
+    with redirect_stdout(StringIO()):  # meshio prints why each format that it tries first does not fit
+        found = by_library("meshio", meshio_library().read, file, "mesh")
     first = np.cumsum([0, *(len(block.data) for block in found.cells)])
     sets = {name: [np.zeros(0, dtype=np.intp)] for name in found.field_data}
     names = {(int(number), int(dim)): name for name, (number, dim) in found.field_data.items()}
@@ -204,3 +200,20 @@ def library(module: str, name: str, extra: str) -> Any:
         return import_module(module)
     except ImportError as error:
         raise ModelError(f"{name}: not installed; install frictopt with its extra `{extra}`") from error
+
+
+def by_library(name: str, read: Callable[[str], Any], file: Path, what: str) -> Any:
+    """What a library reads from a file.
+
+    Raises
+    ------
+    ModelError
+        The file is missing, or the library cannot read it.
+    """
+    if not file.is_file():
+        raise ModelError(f"{what}: there is no file {str(file)!r}; give its path")
+    try:
+        return read(str(file))
+    except (Exception, SystemExit) as error:  # libraries let through whatever a damaged file makes; meshio leaves the process
+        problem = str(error).strip() or type(error).__name__
+        raise ModelError(f"{what}: {name} cannot read {str(file)!r} ({problem}); give the file as the code wrote it") from error
