@@ -383,7 +383,7 @@ FAULTS = (
     Fault("limits/friction_bounds.py", "an excess of force opens nothing", "np.maximum(force, np.linalg.norm(slips, axis=-1))",
           "np.linalg.norm(slips, axis=-1)", "spatial_limits"),
     Fault("contact/coulomb.py", "the other root in space", "(root - b) / a", "(root + b) / a", "onset spatial_limits"),
-    Fault("contact/system.py", "the initial gap presses", "q - sheared, p - pressed", "q - sheared, p + pressed", "system"),
+    Fault("contact/system.py", "the initial gap presses", "(*self.reaction(loads)) - self.S", "(*self.reaction(loads)) + self.S", "system"),
     Fault("transients/stepped.py", "work by the pressure after", "(before.r + r)[-n:] / 2", "r[-n:]",
           "spatial_cycles"),
     Fault("transients/stepped.py", "an open node works", "** 2).sum(axis=0)) * (status != OPEN)", "** 2).sum(axis=0))", "spatial_cycles"),

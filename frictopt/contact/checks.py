@@ -48,7 +48,7 @@ def finite_array(name: str, values: object, shape: tuple[int | None, ...] | None
     """Check that `values` is a real, finite array of `shape` (None in it: any length) and return it as a read-only float64 copy."""
     raw = real_array(name, values)
     if shape and (raw.ndim != len(shape) or any(want not in (None, have) for have, want in zip(raw.shape, shape, strict=True))):
-        raise ModelError(f"{name}: shape {raw.shape}, expected {_text(shape)}")
+        raise ModelError(f"{name}: shape {raw.shape}, expected {str(shape).replace('None', 'any')}")
     fits = np.abs(raw) <= _LARGEST  # also false for NaN
     if not fits.all():
         where = tuple(int(i) for i in np.argwhere(~fits)[0])
@@ -248,7 +248,3 @@ def shown(value: object) -> str:
     except Exception:  # an integer too long to print, or a foreign object whose repr fails
         text = f"an object of type {type(value).__name__}"
     return text if len(text) <= 80 else f"{text[:77]}..."
-
-
-def _text(shape: tuple[int | None, ...]) -> str:
-    return "(" + ", ".join("any" if n is None else str(n) for n in shape) + ("," if len(shape) == 1 else "") + ")"

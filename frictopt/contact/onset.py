@@ -181,9 +181,9 @@ def onset_from(system: ContactSystem, cycle: LoadCycle, friction: Array, state: 
     mean_q, mean_p = cycle.unscaled_reactions(system)
     small = ROUNDING * float(np.abs(mean_p).mean())
     slack = (f * mean_p - lengths(mean_q, mean_p)).min(axis=0)
-    nodes = _below(slack, small), _below(mean_p.min(axis=0), small)
+    slipping, opening = (tuple(np.flatnonzero(least < -small).tolist()) for least in (slack, mean_p.min(axis=0)))
     slips, separations, touches = (tuple(part) for part in events)
-    return Onset(slips, separations, *nodes, residual, system, cycle, f, touches, state, (q0, p0, *corners[:2]))
+    return Onset(slips, separations, slipping, opening, residual, system, cycle, f, touches, state, (q0, p0, *corners[:2]))
 
 
 def _rates(system: ContactSystem, cycle: LoadCycle, state: ContactState | None) -> tuple[Array, ...]:
@@ -235,10 +235,6 @@ def _least(factors: Array) -> tuple[float, int | None]:
     """The least load factor and its node, of simultaneous ones the first."""
     least = float(factors.min())
     return (least, int(np.argmax(factors <= least * (1 + SIMULTANEOUS)))) if np.isfinite(least) else (np.inf, None)
-
-
-def _below(slack: Array, floor: float) -> tuple[int, ...]:
-    return tuple(int(i) for i in np.flatnonzero(slack < -floor))
 
 
 def _earliest(events: tuple[OnsetEvent, ...]) -> OnsetEvent:

@@ -270,12 +270,7 @@ class ContactSystem(Shown, Plotted):
 
     def closed_reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
         """Reactions `(q, p)` with every gap pressed shut and no slip (v = w = 0), from the bonded reactions and the initial gap."""
-        (q, p), (sheared, pressed) = self.reaction(loads), self.pressed(self.gap)
-        return q - sheared, p - pressed
-
-    def pressed(self, overlap: Array) -> tuple[Array, Array]:
-        """Reactions by which a closed contact without slip holds an overlap, (N,)."""
-        return parted(self.S[:, -self.nodes :] @ overlap, self.tangents + 1)
+        return parted(joined(*self.reaction(loads)) - self.S[:, -self.nodes :] @ self.gap, self.tangents + 1)
 
     @property
     def _reactions(self) -> Array:

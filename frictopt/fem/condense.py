@@ -10,10 +10,10 @@ from scipy.sparse import block_array, csr_matrix, hstack, identity
 from scipy.sparse.csgraph import connected_components
 
 from ..contact import ContactSystem
-from ..contact.checks import Array, Integers, checked_contact, finite_array, place
+from ..contact.checks import Array, Integers, checked_cases, checked_contact, finite_array, place
 from ..contact.tolerances import EQUILIBRIUM
 from ..errors import ModelError
-from .given import check_forgotten, checked_forces, checked_gap, checked_normals, checked_pairs, checked_rows, checked_stiffness, same_point
+from .given import check_forgotten, checked_gap, checked_normals, checked_pairs, checked_rows, checked_stiffness, same_point
 from .interface import Interface, check_course, check_sides, frames_of, guided, half_widths, openings
 from .rigid import NO_ROWS, balanced, check_supports, free_motions, node_graph, slips_of
 from .schur import Elimination, nested_dissection
@@ -130,7 +130,7 @@ def condense(
     directions, stopped = guided(opening, rows, checked_normals(normals, x.shape))
     frames = frames_of(directions)
     apart = checked_gap(gap, x, x - P @ where, frames[:, -1], same_point(where))
-    F = checked_forces(loads, K.shape[0])
+    F = {name: finite_array(f"loads[{name!r}]", force, K.shape[:1]) for name, force in checked_cases("loads", loads, "nodal forces").items()}
     if d == 2:
         check_course(x, frames, names)
         width = half_widths(x, names) if width is None else width

@@ -6,7 +6,7 @@ from scipy.sparse import csr_matrix, diags, identity, issparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ..contact.checks import Array, Integers, checked_cases, choice, finite_array, frozen, listed, place, whole_array
+from ..contact.checks import Array, Integers, choice, finite_array, frozen, listed, place, whole_array
 from ..contact.tolerances import CONDENSATION, SAME_POINT
 from ..errors import ModelError
 from .elements import parts_of
@@ -169,9 +169,3 @@ def checked_gap(gap: ArrayLike | None, points: Array, opening: Array, normals: A
         i = int(distance.argmin())
         raise ModelError(f"gap: the bodies overlap by {-distance[i]:g} at pair {i}, {place(points[i])}; move them apart, and give an interference")
     return np.asarray(np.maximum(distance, 0.0))
-
-
-def checked_forces(loads: object, size: int) -> dict[str, Array]:
-    """Nodal forces of each load case, on all rows of K."""
-    cases = checked_cases("loads", loads, "nodal forces")
-    return {name: finite_array(f"loads[{name!r}]", force, (size,)) for name, force in cases.items()}

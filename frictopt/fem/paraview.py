@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from ..contact import LoadCycle
 from ..contact.checks import Array, Integers
 from ..contact.tolerances import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS
 from ..errors import ModelError
@@ -24,13 +23,12 @@ _CELLS = {2: "line", 3: "triangle", 4: "quad"}
 
 @runtime_checkable
 class Steady(Protocol):
-    """A steady state: its load cycle, the load factor, and its states."""
+    """A steady state: its outcome, and its states."""
 
-    cycle: LoadCycle
-    load_factor: float
+    outcome: Any
 
     def states(self) -> Any:
-        """Its states."""
+        """Its states over the cycle."""
 
 
 def write_paraview(path: str | Path, model: ContactModel, result: BodyFields | Steady, *, every: bool = False) -> None:
@@ -102,7 +100,8 @@ def states_of(model: ContactModel, steady: Steady, *, every: bool) -> Iterator[t
     corner = np.abs(states.time - np.round(states.time)) <= SIMULTANEOUS
     before = 0
     for state in np.flatnonzero(last if every else last & corner).tolist():
-        fields = model.recover(_loads(steady.cycle, steady.load_factor, states.time[state]), states.slip[state], states.gap[state])
+        loads = {case: amplitude for case, amplitude in zip(states.system.bonded, states.amplitudes[state], strict=True) if amplitude}
+        fields = model.recover(loads, states.slip[state], states.gap[state])
         off = max(np.abs(fields.q - states.q[state]).max(), np.abs(fields.p - states.p[state]).max())
         if off > EQUILIBRIUM * np.abs(states.p).max():
             raise ModelError(f"model: its fields miss the reactions of the steady state by {off:.1e}; give the one its system was condensed from")
@@ -112,13 +111,6 @@ def states_of(model: ContactModel, steady: Steady, *, every: bool) -> Iterator[t
         status = np.where(states.gap[state] > 0, 2, slipped).astype(np.int32)
         yield float(states.time[state]), fields, {"status": status, "work": work, "work_density": work / model._parts.width}
         before = state
-
-
-def _loads(cycle: LoadCycle, load_factor: float, time: float) -> dict[str, float]:
-    """Amplitudes so many corners after the last one, between corners in a straight line."""
-    before, share = int(np.floor(time)), float(time - np.floor(time))
-    begin, end = (cycle.at(load_factor)[corner % len(cycle.corners)] for corner in (before - 1, before))
-    return {name: (1 - share) * begin.get(name, 0.0) + share * end.get(name, 0.0) for name in {**begin, **end}}
 
 
 def _write_state(file: Path, model: ContactModel, fields: BodyFields, more: Mapping[str, NDArray[Any]]) -> None:
