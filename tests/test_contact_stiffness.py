@@ -33,6 +33,21 @@ def test_flexibilities_add(tangents):
         assert np.abs(flexibility @ joined(*soft.bonded[name]) - free).max() < 1e-12 * np.abs(free).max()
 
 
+@pytest.mark.parametrize("least", [1.0, 1e-8, 1e-11, 0.0])
+def test_springs_add_what_they_give_to_the_compliance_however_soft_a_motion_of_the_bodies_is(least):
+    """`R^T (G^-1 + S)^-1 R`, with a bolted joint in mind: it hardly resists one motion."""
+    rng = np.random.default_rng(2)
+    V = np.linalg.qr(rng.normal(size=(8, 8)))[0]
+    S, R, width = V * np.r_[least, rng.uniform(1, 3, 7)] @ V.T, rng.normal(size=(8, 2)), rng.uniform(0.5, 2, 4)
+    points = np.column_stack([np.arange(4.0), np.zeros(4)])
+    system = fo.ContactSystem((S + S.T) / 2, points, dict(zip("PQ", R.T, strict=True)), width=width, compliance=np.eye(2))
+    soft, springs = system.with_contact_stiffness(tangential=5.0, normal=7.0), np.diag(np.r_[5.0 * width, 7.0 * width])
+    added = R.T @ np.linalg.solve(springs + system.S, R)
+    assert np.abs(soft.compliance - np.eye(2) - added).max() < 1e-13 * np.abs(added).max()
+    reactions = springs @ np.linalg.solve(springs + system.S, R)
+    assert np.abs(np.column_stack([joined(*pair) for pair in soft.bonded.values()]) - reactions).max() < 1e-13 * np.abs(R).max()
+
+
 @pytest.mark.parametrize("tangents", [1, 2])
 def test_rigid_surfaces_change_nothing_and_stiff_ones_little(tangents):
     system = held(tangents)

@@ -41,7 +41,8 @@ def in_series(S: Array, own: Array, R: Array, give: Array) -> tuple[Array, Array
 
     That is what the springs add to the compliance of the loads, `R^T (G^-1 + S)^-1 R`.
 
-    In the factors of `S = F F^T` the inverse is that of `1 + F^T G F`: no spring is too stiff or too soft for it, and rigid motions stay free.
+    In the factors of `S = F F^T` the inverse is that of `1 + F^T G F`: no spring is too stiff or too soft for it, and rigid motions stay free. The
+    strains of bodies and springs under the reactions are least squares: the energy that is left is half the new compliance.
 
     Parameters
     ----------
@@ -57,14 +58,13 @@ def in_series(S: Array, own: Array, R: Array, give: Array) -> tuple[Array, Array
     strained = values > RIGID
     sizes, V = np.sqrt(values[strained]), vectors[:, strained]
     F = root[:, None] * V * sizes
-    y = V.T @ (R / root[:, None]) / sizes[:, None]
-    free = R - F @ y  # what no strain of the bodies carries
-    rows = np.vstack([np.sqrt(give)[:, None] * F, np.eye(F.shape[1])])
+    spring = np.sqrt(give)[:, None]
+    rows, loads = np.vstack([spring * F, np.eye(F.shape[1])]), np.vstack([spring * R, np.zeros((F.shape[1], R.shape[1]))])
     falling = np.argsort(-np.abs(rows).max(axis=1, initial=0.0), kind="stable")  # so the factors lose least
-    factor: Array = np.linalg.qr(rows[falling]).R
-    half = np.linalg.solve(factor.T, F.T)
-    pull = np.linalg.solve(factor.T, y - F.T @ (give[:, None] * free))
-    return half.T @ half, free + half.T @ pull, y.T @ y + free.T @ (give[:, None] * free) - pull.T @ pull
+    Q, factor = np.linalg.qr(rows[falling])
+    strain = np.linalg.solve(factor, Q.T @ loads[falling])
+    half, left = np.linalg.solve(factor.T, F.T), loads - rows @ strain
+    return half.T @ half, R - F @ strain, left.T @ left
 
 
 def overlapping(S: Array, R: Array, L: Array, D: Array) -> tuple[Array, Array]:
