@@ -197,8 +197,8 @@ FAULTS = (
           "interior_point"),
     Fault("solve/cones.py", "steps leave their cones", "(aside - ahead).max(initial=0.0)", "(aside - ahead).min(initial=0.0)",
           "interior_point"),
-    Fault("solve/bounds.py", "the bound is the solution found", "bound = -float(info.mip_dual_bound) if whole else math.inf",
-          "bound = float(problem.value)", "limit_checks"),
+    Fault("solve/solvers.py", "the bound is the solution found", "bound = -float(info.mip_dual_bound)", "bound = float(problem.value)",
+          "limit_checks"),
     # limits
     Fault("limits/critical_search.py", "rates forget the node's own rows", "moves[corners, :, node] += own", "moves[corners, :, node] = own",
           "load_rates::test_of_the_guaranteed_limit_in_the_plane"),

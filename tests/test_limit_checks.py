@@ -16,7 +16,6 @@ from frictopt.limits.friction_bounds import safe_set
 from frictopt.limits.judge import judged
 from frictopt.limits.question import pose
 from frictopt.solve import solvers as policy
-from frictopt.solve.bounds import Bounds, BoundStatus, bounds
 from spatial import single
 from systems import CYCLE, FIRST_PAIR, random_system, system
 from test_guaranteed import least_by_node, random_cycle
@@ -247,8 +246,8 @@ def test_that_there_is_no_optimum_is_for_all_solvers_to_say(monkeypatch, one):
 def test_where_the_time_is_over_the_bound_is_the_solver_s_and_not_what_it_has_found(reported, bound):
     stats = SimpleNamespace(mip_dual_bound=reported, primal_solution_status=2)
     stopped = {"status": cp.USER_LIMIT, "value": 2.0, "solver_stats": SimpleNamespace(extra_stats=stats)}
-    methods = {"is_mixed_integer": lambda: True, "solve": lambda **_: None, "variables": lambda: [SimpleNamespace(value=np.ones(2))]}
-    assert bounds(SimpleNamespace(**stopped, **methods), 1.0) == Bounds(bound, BoundStatus.FOUND)
+    methods = {"solve": lambda **_: None, "variables": lambda: [SimpleNamespace(value=np.ones(2))]}
+    assert policy.bounds(SimpleNamespace(**stopped, **methods), 1.0) == policy.Bounds(bound, policy.BoundStatus.FOUND)
 
 
 def test_why_there_is_no_limit_is_said_with_the_error_of_its_proof_or_not_at_all(monkeypatch):

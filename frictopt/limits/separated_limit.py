@@ -27,8 +27,8 @@ from numpy.typing import ArrayLike
 from ..contact import Attempt, ContactSystem, LimitKind, LoadCycle, SolveRecord, unscaled_diagnosis
 from ..contact.checks import Array, frozen, warns_of_odd_values, whole_number
 from ..contact.tolerances import RESIDUAL
-from ..solve.bounds import BoundStatus, bounds
 from ..solve.explain import Units, explain
+from ..solve.solvers import BoundStatus, bounds
 from .answered import Answered
 from .open_nodes import border
 from .question import LimitQuestion, pose

@@ -59,19 +59,6 @@ def is_unbounded(problem: cp.Problem, solver: str | None) -> Contradiction | Non
     return None if max(growing.bound, growing.value) > RESIDUAL else growing
 
 
-@dataclass(frozen=True, eq=False)
-class _Relaxed:
-    problem: cp.Problem
-    labels: list[str]
-
-    def claim(self) -> Contradiction:
-        form = StandardForm(self.problem)
-        value, bound = (-side for side in form.bounds)
-        ruling = frozenset(label for label, y in zip(self.labels, form.y, strict=True) if y > RESIDUAL)
-        z = next(variable.value for variable in self.problem.variables() if variable.name() == "z")
-        return Contradiction(value, bound, ruling, 0.0 if bound > RESIDUAL else abs(value - bound), z)
-
-
 def _least_excess(form: StandardForm, right: Array, objective: Array | None, solver: str | None) -> Contradiction:
     """The least excess of slacks `right - matrix @ z`, and of `objective @ z >= 1` where there is an objective."""
     z, excess = cp.Variable(form.matrix.shape[1], name="z"), cp.Variable(name="excess")
@@ -83,5 +70,12 @@ def _least_excess(form: StandardForm, right: Array, objective: Array | None, sol
         rows += [cp.SOC(bound, cp.reshape(s[across.ravel()], across.shape, order="C"), axis=1) if across.size else bound >= 0]
     linear, cones = ([i for cone in form.cones if (cone.shape[1] > 1) is wide for i in cone.ravel()] for wide in (False, True))
     labels = [*names[: form.zero], "", *names[linear], *([""] * len(extra)), *names[cones]]
-    model = _Relaxed(cp.Problem(cp.Minimize(excess), [*rows, *extra]), labels)
-    return solve(model.problem, model.claim, solver)[0]
+    problem = cp.Problem(cp.Minimize(excess), [*rows, *extra])
+
+    def claim() -> Contradiction:
+        relaxed = StandardForm(problem)
+        value, bound = (-side for side in relaxed.bounds)
+        ruling = frozenset(label for label, y in zip(labels, relaxed.y, strict=True) if y > RESIDUAL)
+        return Contradiction(value, bound, ruling, 0.0 if bound > RESIDUAL else abs(value - bound), z.value)
+
+    return solve(problem, claim, solver)[0]

@@ -1,12 +1,16 @@
-"""The one place that runs solvers: options, order of fall-back, and a record of every attempt."""
+"""The one place that runs solvers: options, order of fall-back, a record of every attempt, and what a search proves that comes to no end."""
 
+import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
 from time import perf_counter
 from types import MappingProxyType
 from typing import Protocol, TypeVar
 
 import cvxpy as cp
+import numpy as np
 
 from ..contact import Attempt, SolveRecord
 from ..contact.checks import shown
@@ -20,6 +24,9 @@ _HIGHS = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1
 # Of a mixed-integer program only the status is taken, so that tolerances matter little. HiGHS 1.15 calls feasible ones infeasible when they are much
 # tighter than these, and crashes on infeasible ones without presolve.
 _HIGHS_MIP = {"mip_feasibility_tolerance": 1e-8, "primal_feasibility_tolerance": 1e-8, "mip_rel_gap": 0.0, "mip_abs_gap": 0.5, "time_limit": 600.0}
+# Where the bound of a mixed-integer program counts: the gap is that up to which two numbers count as one, and heuristics only look for solutions that
+# are known already.
+_HIGHS_BOUND = {**_HIGHS_MIP, "mip_rel_gap": 1e-7, "mip_abs_gap": 0.0, "mip_heuristic_effort": 0.0, "threads": 1}
 _CLARABEL = {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10, "max_iter": 200, "max_threads": 1, "time_limit": 600.0}
 _OPTIONS: MappingProxyType[str, Mapping[str, object]] = MappingProxyType(
     {
@@ -156,3 +163,38 @@ def _run(problem: cp.Problem, name: str) -> str:
             return str(error).split("\n")[0]
     problem._solver_cache = {}  # the solver with its copies of the program, which cvxpy keeps for a warm start, takes more than all else
     return str(problem.status)
+
+
+class BoundStatus(Enum):
+    """How the search for a bound ends."""
+
+    OPTIMAL = "the program is solved"
+    INFEASIBLE = "the program has no solution"
+    FOUND = "node limit of the search tree reached, and a solution is found"
+    OPEN = "node limit of the search tree reached, and no solution is found"
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Upper bound of a largest objective (-inf where there is no solution, inf where nothing is known), and how it was found."""
+
+    bound: float
+    status: BoundStatus
+
+
+def bounds(problem: cp.Problem, most_nodes: int) -> Bounds:
+    """Maximise the objective of a mixed-integer program with so many nodes in its search tree, and say what is proven, also where it has no end."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # cvxpy warns of answers that are no optimum; here the status says so
+        try:
+            problem.solve(solver="HIGHS", warm_start=False, highs_options={**_HIGHS_BOUND, "mip_max_nodes": most_nodes})
+        except (cp.SolverError, ValueError, ArithmeticError):
+            return Bounds(math.inf, BoundStatus.OPEN)
+    if problem.status == cp.INFEASIBLE:
+        return Bounds(-math.inf, BoundStatus.INFEASIBLE)
+    info = problem.solver_stats.extra_stats
+    bound = -float(info.mip_dual_bound)
+    if problem.status == cp.OPTIMAL:
+        return Bounds(bound, BoundStatus.OPTIMAL)
+    found = info.primal_solution_status == 2 and all(np.isfinite(variable.value).all() for variable in problem.variables())
+    return Bounds(bound if abs(bound) < 1e29 else math.inf, BoundStatus.FOUND if found else BoundStatus.OPEN)
