@@ -59,6 +59,30 @@ def test_the_status_of_each_node_stands_at_its_place_and_time(in_space):
     assert words == [word for word in ("stick", "slip +", "slip -", "slip", "open") if word.replace(" ", "") in set(table.status)]
 
 
+def test_a_contact_at_rest_shows_no_slip_and_no_rounding():
+    punch = fo.scenes.PunchOnHalfPlane(elements=20).condense()
+    strain = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}])
+    steady = fo.steady_state(punch, strain, 0.7, load_factor=1.3)
+    assert steady.outcome.name == "SHAKEDOWN" and steady.slip.any()
+    drawn = [line.get_ydata() for line in steady.plot()[0].get_lines() if line.get_marker() == "."]
+    assert len(drawn) == 1 and not np.any(drawn)
+
+
+@pytest.mark.parametrize("in_space", [False, True])
+def test_numbers_of_small_slips_do_not_run_into_each_other(in_space):
+    contact, loads, options = (SPACE, cycle(), {"steps": 4}) if in_space else (PLANE, CYCLE, {})
+    stiffer = np.abs(slipping(contact, loads, **options).slip).max() / 1e-4
+    figure = slipping(replace(contact, S=stiffer * contact.S), loads, **options).plot()[0].figure
+    figure.canvas.draw()
+    for axes in figure.axes:
+        boxes = [
+            text.get_window_extent()
+            for text in axes.get_xticklabels()
+            if text.get_text() and axes.get_xlim()[0] <= text.get_position()[0] <= axes.get_xlim()[1]
+        ]
+        assert all(one.x1 < next_one.x0 for one, next_one in itertools.pairwise(boxes))
+
+
 @pytest.mark.parametrize("in_space", [False, True])
 def test_an_animation_has_its_pictures(in_space, tmp_path):
     states = slipping(SPACE, cycle(), steps=4) if in_space else slipping(PLANE, CYCLE)

@@ -1,9 +1,12 @@
 """The picture of a model in three dimensions: faces, contact, held nodes and loads are those of the model."""
 
+from dataclasses import replace
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from mpl_toolkits.mplot3d import Axes3D
+from matplotlib import colormaps
+from mpl_toolkits.mplot3d import Axes3D, proj3d
 
 import frictopt as fo
 from frictopt.plots import bodies
@@ -78,13 +81,26 @@ def test_fields_show_the_von_mises_stress_on_the_surfaces():
     load = {"P": [fo.Pressure("a", "top", 3.0)], "Q": [fo.Traction("a", "top", x=lambda x, y, z: x)]}
     model = column(loads=load)
     axes = model.recover({"P": 1.0}, np.zeros((9, 2))).plot()
-    assert [len(one.get_array()) for one in axes.collections] == [24, 24] and all(np.allclose(one.get_array(), 3.0) for one in axes.collections)
+    (faces,) = axes.collections
+    assert len(faces.get_array()) == 48 and np.allclose(faces.get_array(), 3.0)
     assert axes.figure.axes[1].get_ylabel() == "von Mises stress (force per area)" and axes.get_zlabel() == "$z$ (length)"
     axes.figure.draw_without_rendering()
     axes = column(loads=load, supports=[fo.Support("b", "bottom", "z"), fo.Support("b", (0, 0, -1))]).plot()
     axes.figure.draw_without_rendering()
     assert {"held in z", "held in x, y, z", "load P", "load Q"} <= {line.get_label() for line in axes.lines}
     plt.close("all")
+
+
+def test_the_body_in_front_hides_the_other_one():
+    found = SCENE.model().recover({"P": 1.0}, np.zeros((25, 2)))
+    axes = replace(
+        found, stress={name: np.full_like(values, 5.0) * np.eye(6)[:, :1] * (name == "punch") for name, values in found.stress.items()}
+    ).plot()
+    axes.figure.canvas.draw()
+    place = proj3d.proj_transform(0.2, 0.2, 1.5, axes.get_proj())[:2]  # on the top of the punch
+    x, y = axes.transData.transform(place).astype(int)
+    seen = np.asarray(axes.figure.canvas.buffer_rgba())[::-1][y, x] / 255
+    assert np.allclose(seen, colormaps["viridis"](1.0), atol=0.02)
 
 
 def test_body_forces_are_named_and_given_axes_must_be_in_space():

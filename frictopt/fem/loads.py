@@ -69,6 +69,11 @@ class Pressure(Part):
         return boundary_forces(body.mesh, facets, lambda points, normals: -values_at("pressure", self.amount, points) * normals, kinematics)
 
 
+def surface_forces(load: Traction | Pressure, body: Body, kinematics: Kinematics | None) -> Array:
+    """(d, nodes) nodal forces of a load on a boundary of its body, as pictures show them."""
+    return load._forces(body, kinematics or "plane_strain")
+
+
 @dataclass(frozen=True)
 class BodyForce(Part):
     """Force per volume (x, y), in space (x, y, z), on one body: gravity is (0, -density g).

@@ -13,7 +13,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from ..contact.checks import Array, Integers
 from ..fem.assembly import nodes_of
 from ..fem.bodies import Body
-from ..fem.loads import Pressure, Traction
+from ..fem.loads import Pressure, Traction, surface_forces
 from ..fem.model import ContactModel
 from ..fem.recovery import BodyFields, von_mises
 from ..scenes.scene import Scene
@@ -26,6 +26,7 @@ _MOST_MARKS = 17, 25  # of each support, in the plane and in space
 _ARROWS = 9  # of each loaded boundary
 _NAME = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "pad": 2.0}
 _TO_NAME = {"arrowstyle": "-", "lw": 0.8}
+_ABOVE = 1e3  # of names in space: above all faces, to which matplotlib gives numbers by their distance
 _SIZE = 6.4, 4.8  # inches
 _LENGTH = 0.08, 0.12  # of an arrow, over the size of the model, in the plane and in space
 
@@ -61,7 +62,7 @@ def _model(model: ContactModel, ax: AnyAxes | None = None) -> AnyAxes:
         if len(model.contacts) > 1:
             middle = mesh.p[:, mesh.facets[:, facets]].mean(axis=(1, 2))
             if in_space:
-                axes.text(*middle, contact.name, bbox=_NAME)
+                axes.text(*middle, contact.name, bbox=_NAME, zorder=_ABOVE)
             else:
                 axes.annotate(contact.name, middle, (0, -28), textcoords="offset points", ha="center", va="top", bbox=_NAME, arrowprops=_TO_NAME)
     _supports(axes, model)
@@ -85,16 +86,17 @@ def _fields(fields: BodyFields, ax: AnyAxes | None = None) -> AnyAxes:
     stress = {name: von_mises(rows) for name, rows in fields.stress.items()}
     look = {"cmap": "viridis", "rasterized": True}
     most = float(np.quantile(np.concatenate(list(stress.values())), 0.99))
-    for name, body in fields.bodies.items():
-        if in_space:
-            facets = body.mesh.boundary_facets()
-            colours = _faces(axes, body.mesh, facets, array=stress[name][body.mesh.facets[:, facets]].mean(axis=0), **look)
-            colours.set_clim(0.0, most)
-            continue
-        t = body.mesh.t
-        triangles = t.T if len(t) == 3 else np.concatenate([t[[0, 1, 2]].T, t[[0, 2, 3]].T])
-        colours = axes.tripcolor(*body.mesh.p, triangles, stress[name], shading="gouraud", vmin=0.0, vmax=most, **look)
-        draw_edges(axes, body.mesh, body.mesh.boundary_facets(), color=BLACK, lw=0.6)
+    if in_space:  # one collection, for matplotlib hides faces behind others only within one
+        corners = {name: body.mesh.facets[:, body.mesh.boundary_facets()] for name, body in fields.bodies.items()}
+        faces = [face for name, body in fields.bodies.items() for face in body.mesh.p[:, corners[name]].transpose(2, 1, 0)]
+        means = np.concatenate([stress[name][nodes].mean(axis=0) for name, nodes in corners.items()])
+        colours = axes.add_collection3d(Poly3DCollection(faces, array=means, clim=(0.0, most), **look))
+    else:
+        for name, body in fields.bodies.items():
+            t = body.mesh.t
+            triangles = t.T if len(t) == 3 else np.concatenate([t[[0, 1, 2]].T, t[[0, 2, 3]].T])
+            colours = axes.tripcolor(*body.mesh.p, triangles, stress[name], shading="gouraud", vmin=0.0, vmax=most, **look)
+            draw_edges(axes, body.mesh, body.mesh.boundary_facets(), color=BLACK, lw=0.6)
     place = {"shrink": 0.6, "pad": 0.12} if in_space else {}  # beside the labels of the axis z
     axes.figure.colorbar(colours, ax=axes, extend="max", label="von Mises stress (force per area)", **place)
     finish(axes, _ends(fields.bodies), 0.0)
@@ -185,7 +187,7 @@ def _load(axes: AnyAxes, model: ContactModel, case: str, length: float, color: s
         if isinstance(part, Traction | Pressure):
             body = model.bodies[part.body]
             nodes = body.boundary_nodes(part.boundary, "loads")
-            _arrows(axes, body.mesh, nodes, part._forces(body, model._parts.kinematics)[:, nodes], length, color)
+            _arrows(axes, body.mesh, nodes, surface_forces(part, body, model.kinematics)[:, nodes], length, color)
         else:
             others.append(re.sub("(?<!^)(?=[A-Z])", " ", type(part).__name__).lower())
     nowhere: list[list[float]] = [[]] * (3 if model.kinematics == "space" else 2)

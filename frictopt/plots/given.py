@@ -32,7 +32,8 @@ def _system(system: ContactSystem, ax: AxesArray | None = None) -> AxesArray:
     place, pressure = panels = new_axes(ax, 2, (6.4, 5.4), common_x=False)
     place.plot(*system.points.T, linestyle="none", marker=".", markersize=4, color=BLACK, label="node")
     look = {"angles": "xy", "scale_units": "xy", "scale": 1.0, "width": 0.003, "color": series(0)["color"]}
-    place.quiver(*system.points[few].T, *arrows[few].T, label="normal, into body 1", **look)
+    place.quiver(*system.points[few].T, *arrows[few].T, **look)
+    place.plot([], [], linestyle="none", marker=r"$\uparrow$", markersize=9, color=series(0)["color"], label="normal, into body 1")
     place.update_datalim(system.points + arrows)
     place.margins(0.05)
     place.autoscale_view()

@@ -11,6 +11,7 @@ from matplotlib.tri import Triangulation
 
 from ..contact import ContactSystem
 from ..contact.checks import Array, Booleans, Integers
+from ..contact.tolerances import RESIDUAL
 from ..errors import ModelError
 from ..transients import SteadyState
 from .bodies import spread
@@ -34,7 +35,8 @@ def ratio_map(
     axes: Axes, system: ContactSystem, ratio: Array, corner: str, slip: Array | None, opened: Booleans | None, circled: Sequence[int], why: str
 ) -> Axes:
     """Shear over friction bound (N,) at a corner by its name; the residual slip as arrows, some nodes circled."""
-    places, size = _map(axes, system, ratio, rf"$|q| / (f p)$ at {corner}", max(1.0, float(np.nanmax(ratio, initial=0.0))), opened)
+    most = float(np.nanmax(ratio, initial=0.0))
+    places, size = _map(axes, system, ratio, rf"$|q| / (f p)$ at {corner}", most if most > 1.0 + RESIDUAL else 1.0, opened)
     if slip is not None:
         _arrows(axes, places, slip if opened is None else np.where(opened[:, None], np.nan, slip), "residual slip")
     if circled:

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ..contact.checks import Array
-from ..contact.tolerances import SIMULTANEOUS
+from ..contact.tolerances import ROUNDING, SIMULTANEOUS
 from ..histories.dissipation_range import DissipationRange
 from ..transients import LoadLoop, SteadyState, Trajectory
 from .along import label_panels, lines, lines_or_band, node_at
@@ -100,7 +100,9 @@ def _dissipation_range(found: DissipationRange, ax: AxesArray | None = None) -> 
 
 def _slip_and_work(above: Axes, below: Axes, steady: SteadyState, **look: Any) -> None:
     """Draw the slip range of the steady cycle, and below the work of friction per cycle."""
-    lines(above, steady.system, np.asarray(steady.fretting_table()["slip_range"]), **look, **_DOTS)
+    ranges = np.asarray(steady.fretting_table()["slip_range"])
+    ranges = np.where(ranges > ROUNDING * np.abs(steady.slip).max(), ranges, 0.0)  # else the picture of a contact at rest is one of rounding
+    lines(above, steady.system, ranges, **look, **_DOTS)
     lines(below, steady.system, steady.dissipation_per_node, **look, **_DOTS)
     above.set_ylabel("slip range (length)")
     below.set_ylabel("work of friction per cycle\n(force times length per depth)")
