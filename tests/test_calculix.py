@@ -1,7 +1,9 @@
-"""Decks of CalculiX, run by `ccx`: its matrices with our forces against assembly by scikit-fem, and against other decks."""
+"""Decks of CalculiX, run by `ccx`: its matrices with our forces against assembly by scikit-fem, other decks, and its own displacements and modes."""
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
+from scipy.sparse.linalg import spsolve
 
 import frictopt as fo
 from calculix import Block, Glued, chained, displacements, equation, lines, needs_ccx, node_set, run
@@ -179,3 +181,95 @@ def test_a_shell_beside_solids_is_refused_by_name(tmp_path):
     deck += f"*ELEMENT, TYPE=S4, ELSET=SKIN\n9000, {', '.join(map(str, corners))}\n*SHELL SECTION, ELSET=SKIN, MATERIAL=UP\n0.1\n"
     with pytest.raises(fo.ModelError, match="shells"):
         condensed(fo.read_calculix(run(tmp_path, deck)[0]))
+
+
+REFERENCE, ROTATION = "2000, 1.5, 1., 3.\n", "2001, 0., 0., 0.\n"
+TOP_OF_NODES = "*SURFACE, NAME=ON_TOP, TYPE=NODE\nTOP\n"
+RIGID = {
+    "free": ("*RIGID BODY, NSET=TOP, REF NODE=2000\n", REFERENCE),
+    "with a node for the rotation": ("*Rigid body, Nset=Top, Ref node=2000, Rot node=2001\n", REFERENCE + ROTATION),
+    "that does not turn": ("*RIGID BODY, NSET=TOP, REF NODE=2000, ROT NODE=2001\n*BOUNDARY\n2001, 1, 3\n", REFERENCE + ROTATION),
+    "that turns about one axis": ("*RIGID BODY, NSET=TOP, REF NODE=2000, ROT NODE=2001\n*BOUNDARY\n2001, 2, 3\n2000, 1\n", REFERENCE + ROTATION),
+    "led by a node of the mesh": ("*RIGID BODY, NSET=TOP, REF NODE=503\n", ""),
+    "by a coupling": (TOP_OF_NODES + "*COUPLING, REF NODE=2000, SURFACE=ON_TOP, CONSTRAINT NAME=C\n*KINEMATIC\n1, 3\n", REFERENCE),
+    "of which a node follows another": (equation((530, 1, 1.0), (514, 1, -1.0)) + "*RIGID BODY, NSET=TOP, REF NODE=2000\n", REFERENCE),
+    "none": ("", ""),
+    "by equations": ("".join(equation(*terms) for terms in chained(range(525, 537), 3)), ""),
+}
+
+
+@pytest.mark.parametrize("kind", RIGID)
+def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path, kind):
+    """Forces on nodes that follow a rigid part, on the part itself and on others; a pressure on its face."""
+    rule, nodes = RIGID[kind]
+    block = Block(501, lines((0, 3, 3), (0, 2, 2), (0, 2, 2)), 500.0, 0.2, "B")
+    top, bottom = block.on(2, 2), block.on(2, 0)
+    deck = block.deck().replace("*ELEMENT", nodes + "*ELEMENT", 1) + node_set("TOP", top) + f"{node_set('BOT', bottom)}*BOUNDARY\nBOT, 1, 3\n{rule}"
+    loaded = [int(top[-1]), 530, 520, 2000 if REFERENCE in nodes else 521]
+    job = fo.read_calculix(run(tmp_path, deck)[0])
+    row = {int(n): i for i, n in enumerate(job.deck.numbers)}
+    force = job.force([row[n] for n in loaded], nodal=[1.0, 0.5, -3.0]) + job.force("TOP", pressure=0.7)
+    found = spsolve(job.K.tocsc(), force)
+    elements = [block.first + i for i, nodes in enumerate(block.elements) if np.isin(block.numbers[nodes[4:]], top).all()]
+    loads = "*CLOAD\n" + "".join(f"{n}, {k}, {f}\n" for n in loaded for k, f in ((1, 1.0), (2, 0.5), (3, -3.0)))
+    known = displacements(tmp_path, deck, loads + "*DLOAD\n" + "".join(f"{i}, P2, 0.7\n" for i in elements))
+    moves = np.isin(np.arange(len(found)), job.unknowns)
+    known = np.array([known[node][direction - 1] for node, direction in job.labels[moves]])
+    assert np.abs(found[moves] - known).max() < 1e-6 * np.abs(known).max()  # CalculiX prints seven digits
+
+
+def glued_modes(job, pairs):
+    """Squares of the angular frequencies, and shapes of the modes of a job with its pairs glued, one a column, from K and M."""
+    rows = np.arange(len(job.labels))
+    one, two = job.unknowns[pairs].transpose(1, 0, 2)
+    rows[one] = rows[two]
+    _, glued = np.unique(rows, return_inverse=True)
+    T = np.eye(glued.max() + 1)[glued]
+    squares, modes = eigh(T.T @ job.K @ T, T.T @ job.M @ T)
+    return squares, T @ modes
+
+
+PRINT = "*FREQUENCY\n3\n*NODE PRINT, NSET=ALL\nU\n"
+
+
+@pytest.mark.parametrize("thickness", ["1.", "4."])
+def test_from_the_deck_to_the_backbone(tmp_path, thickness):
+    """Matrices of the separate bodies, modes of the deck with equations; in between nothing but the files."""
+    _, pairs, deck = plane(thickness=thickness)
+    job = fo.read_calculix(run(tmp_path, deck)[0])
+    equations = "".join(equation((a, k, 1.0), (b, k, -1.0)) for a, b in pairs for k in (1, 2))
+    frequencies, shapes = job.modes(f"{run(tmp_path, deck + equations, PRINT, 'glued')[0]}.dat")
+    squares, modes = glued_modes(job, job.pairs("CU", "CL"))
+    assert frequencies == pytest.approx(np.sqrt(squares[:3]) / (2 * np.pi), rel=1e-6)
+    sizes = np.sqrt(np.einsum("mi,mi->m", shapes @ job.M, shapes))
+    assert np.abs(np.einsum("mi,im->m", shapes @ job.M, modes[:, :3])) / sizes == pytest.approx([1.0] * 3, rel=1e-9)
+    system, _ = condensed(job)
+    load = fo.modal_load(job.M, shapes[0])
+    joint = fo.condense(job.K, {"P": job.force("TOP", pressure=1.0), "mode": load}, job.pairs("CU", "CL"), [0.0, 1.0], job.unknowns, job.points)
+    assert np.allclose(joint.S, system.S) and joint.compliance[1, 1] == pytest.approx((2 * np.pi * frequencies[0]) ** -2, rel=1e-6)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"mode": 1.0}, {"mode": -1.0}])
+    limit = fo.shakedown_limit(joint, cycle, 0.5).load_factor
+    curve = fo.damping_curve(joint, cycle, 0.5, [0.5 * limit, 1.04 * limit], natural_frequency=frequencies[0])
+    assert curve.frequency[1] < curve.frequency[0] <= curve.natural_frequency == pytest.approx(frequencies[0], rel=1e-6)
+    assert curve.damping[1] > 0 and curve.least_damping[0] == 0
+    with pytest.raises(fo.ModelError, match=r"natural_frequency: .* and the compliance of the load says"):
+        fo.damping_curve(joint, cycle, 0.5, [limit], natural_frequency=frequencies[1])
+
+
+def test_a_rigid_tool_has_its_mass(tmp_path):
+    """The rotation of a rigid part has its mass, and its part in the modes that CalculiX prints, by the displacements of its nodes."""
+    _, pairs, deck = plane()
+    deck = deck.replace("*ELEMENT", "2000, 1.5, 2.5, 0.0\n*ELEMENT", 1) + "*RIGID BODY, NSET=TOP, REF NODE=2000\n"
+    job = fo.read_calculix(run(tmp_path, deck)[0])
+    equations = "".join(equation((a, k, 1.0), (b, k, -1.0)) for a, b in pairs for k in (1, 2))
+    frequencies, shapes = job.modes(f"{run(tmp_path, deck + equations, PRINT, 'glued')[0]}.dat")
+    squares, modes = glued_modes(job, job.pairs("CU", "CL"))
+    assert frequencies == pytest.approx(np.sqrt(squares[:3]) / (2 * np.pi), rel=1e-6)
+    assert shapes[0] * np.sign(shapes[0] @ job.M @ modes[:, 0]) == pytest.approx(modes[:, 0], abs=1e-6 * np.abs(modes[:, 0]).max())
+
+
+def test_a_mass_of_another_size_is_refused():
+    job = fo.read_calculix("tests/data/flat")
+    for odd in (job.M[:3, :3], "M"):
+        with pytest.raises(fo.ModelError, match=r"^M: "):
+            fo.MatrixJob(job.K, job.labels, job.deck, odd)
