@@ -18,6 +18,8 @@ from ..errors import ModelError
 
 STICK, SLIP, OPEN = 0, 1, 2
 """Statuses of a node; slip against +x in the plane is -1."""
+HOLD = "hold the body by supports, press it more, or load it less"
+"""The remedy for a body that slides or opens as a whole."""
 
 _FAR = 1e18  # largest initial stress over the loads: with more, rounding hides the events (1e30 gave wrong results)
 _FAR_START = 1e3  # initial stress over the loads, above which an error names it as the cause of a large residual
@@ -182,11 +184,15 @@ class Transient(ABC):
     def at(self, place: Array) -> Self | None:
         """A copy at the same load, elsewhere: (m,), in slip scales; None if no state stands there."""
 
-    def free_body(self, r: Array) -> str:
-        """The forces of the reactions (M,) of a state, or the diagnosis of the mean load on the way to it, and the remedy for a free body."""
+    def forces_there(self, r: Array) -> str:
+        """The forces of the reactions (M,) of a state; on the way to the mean load also the diagnosis of that."""
         forces = pressing(self.system, self.friction, *parted(r, self.system.tangents + 1), self.force)
-        mean = f"{mean_load_diagnosis(self.system, self.cycle, self.friction)}; " if self.visited < 0 else ""
-        return f"there {forces}; {mean}hold the body by supports, press it more, or load it less"
+        mean = f"; {mean_load_diagnosis(self.system, self.cycle, self.friction)}" if self.visited < 0 else ""
+        return f"there {forces}{mean}"
+
+    def free_body(self, r: Array) -> str:
+        """The same, and the remedy for a free body."""
+        return f"{self.forces_there(r)}; {HOLD}"
 
     def follow(self, legs: Iterable[tuple[Array, str]]) -> list[Any]:
         """Follow the transient through some `legs`, see `follow_to`."""

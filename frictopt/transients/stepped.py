@@ -85,7 +85,7 @@ class SteppedPath(Transient):
                 u, r, status = next(states)
             except (NoContinuation, SolverError) as error:
                 free = isinstance(error, SolverError) and self.system.rigid_motions.size
-                hint = f"; the body may slide or open as a whole ({self.free_body(self.state.r)})" if free else ""
+                hint = f" ({self.forces_there(self.state.r)})" if free else ""
                 raise type(error)(f"{where}, increment {step} of {self.steps}: {error}{hint}") from error
             before = self.state
             moved = np.sqrt(((u - before.u)[:-n].reshape(-1, n) ** 2).sum(axis=0)) * (status != OPEN)

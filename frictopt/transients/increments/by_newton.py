@@ -95,5 +95,5 @@ class NewtonIncrement(FrictionIncrement):
         except SolverError:
             raise SolverError(
                 f"friction increment: Newton's method leaves a residual of {least:.1e} (tolerance {RESIDUAL:g}), and convex programs find no state "
-                "either; try smaller load steps, or less friction (above the critical friction there may be no state, or several)"
+                f"either; {self._remedy}"
             ) from None

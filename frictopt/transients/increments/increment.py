@@ -16,7 +16,7 @@ from ...contact.checks import Array, finite_array
 from ...contact.tolerances import RESIDUAL
 from ...errors import ModelError, SolverError
 from ...solve.explain import explain
-from ..begin import OPEN
+from ..begin import HOLD, OPEN
 from ..sliding import check_sliding
 from .newton import Law, State, newton
 
@@ -188,6 +188,13 @@ class FrictionIncrement(ABC):
         except SolverError:
             check_sliding(self.system, self.friction, {"friction increment: the load": joined(*posed.bonded)})
             raise
+
+    @property
+    def _remedy(self) -> str:
+        """Why there may be no state, and what to change."""
+        if self.system.rigid_motions.size:
+            return f"the body may slide or open as a whole, or friction is above the critical value there: {HOLD}"
+        return "try smaller load steps, or less friction (above the critical friction there may be no state, or several)"
 
     def along(self, u: Array, loads: Sequence[Array]) -> Iterator[tuple[Array, Array, NDArray[np.int8]]]:
         """`u = [v, w - g0]` and reactions (M,), and status, after each of several loads (M,) in turn, from `u` on; errors are those of `solve`."""

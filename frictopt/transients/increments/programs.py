@@ -90,11 +90,10 @@ class FrozenBoundIncrement(FrictionIncrement):
             values["trial_reaction"].value, values["friction_bound"].value = posed.trial, bound
             try:
                 found, record = solve(self.problem, lambda: posed.claim(self._motions(), self.problem), tolerance=np.inf)  # it guides the next one
-            except NoOptimum as error:
+            except SolverError as error:
                 raise SolverError(
-                    f"friction increment: no state of rest with the friction bound frozen at {bound.sum():.3g} times the mean normal force in sum "
-                    f"({error}); check the supports of the body and whether the load exceeds friction; where slip would raise the pressure enough "
-                    "to hold it, another increment may find the state"
+                    f"friction increment: no state of rest is found with the friction bound frozen at {bound.sum():.3g} mean normal forces in sum "
+                    f"(where slip would raise the pressure enough to hold it, another increment may find the state); {self._remedy}"
                 ) from error
             attempts += record.attempts
             if found.residual <= RESIDUAL:
@@ -105,8 +104,8 @@ class FrozenBoundIncrement(FrictionIncrement):
             bound = bound + step
         raise SolverError(
             f"friction increment: did not converge in {sweep} sweeps with frozen bound; the bound still changes by {np.abs(step).max():.1e} of the "
-            f"mean normal force, most at node {int(np.abs(step).argmax())}, and the residual is {found.residual:.1e}; try smaller load steps or "
-            "another increment (above the critical friction there may be no state, or several)"
+            f"mean normal force, most at node {int(np.abs(step).argmax())}, and the residual is {found.residual:.1e}; {self._remedy}, or another "
+            "increment"
         )
 
     def _motions(self) -> Array:
