@@ -76,15 +76,21 @@ def test_free_expansion_without_stress(kinematics, element):
     assert np.abs([fields.q, fields.p]).max() < 1e-12
 
 
-@pytest.mark.parametrize("bore", [0.0, 1e-3])
-def test_bodies_of_revolution_meet_on_their_axis_and_around_a_bore(bore):
+def cylinders(bore=0.0, loads=None, directions="y"):
+    """Two cylinders one on the other, around the axis or a bore."""
+
     def cylinder(z, other):
         face = {"contact": lambda x: x[1] == 0.0, "end": lambda x: x[1] == other}
         return fo.Body(MeshQuad.init_tensor(np.r_[bore, 0.25, 0.5, 1.0], z).with_boundaries(face), STEEL)
 
     bodies = {"upper": cylinder([0.0, 1.0, 2.0], 2.0), "lower": cylinder([-1.0, 0.0], -1.0)}
-    loads = {"P": [fo.Traction("upper", "end", y=-1.0)]}
-    model = fo.ContactModel(bodies, [fo.Support("lower", "end", "y")], loads, kinematics="axisymmetric")
+    loads = {"P": loads or [fo.Traction("upper", "end", y=-1.0)]}
+    return fo.ContactModel(bodies, [fo.Support("lower", "end", directions)], loads, kinematics="axisymmetric")
+
+
+@pytest.mark.parametrize("bore", [0.0, 1e-3])
+def test_bodies_of_revolution_meet_on_their_axis_and_around_a_bore(bore):
+    model = cylinders(bore)
     system = model.condense()
     assert glued(model, P=1.0).p / system.width == pytest.approx(1.0) and system.bonded["P"][1] / system.width == pytest.approx(1.0)
     assert np.abs(system.bonded["P"][0]).max() < 1e-12
@@ -146,6 +152,13 @@ def test_a_prescribed_displacement_is_the_equivalent_traction():
         fields = glued(model, D=1.0)
         assert np.allclose([fields.q, fields.p], pulled, atol=1e-10)
         assert np.allclose(fields.stress["upper"][1], -1.0)
+
+
+def test_the_end_of_a_cylinder_may_grow_about_its_axis():
+    model = cylinders(
+        loads=[fo.Displacement("lower", "end", x=lambda x, y: 0.1 * x), *(fo.Expansion(name, 0.1) for name in ("upper", "lower"))], directions="xy"
+    )
+    assert np.abs(glued(model, P=1.0).stress["lower"]).max() < 1e-12
 
 
 def test_displacements_that_share_a_node_agree_or_are_refused():
@@ -229,6 +242,7 @@ def test_loads_add_up_to_their_integrals():
         (lambda: column(loads={"P": [fo.BodyForce("none", y=1.0)]}), "body 'none' is unknown"),
         (lambda: column(loads={"P": [fo.Displacement("upper", "top", y=1.0)]}), "moves nodes in y that no support holds"),
         (lambda: column("axisymmetric", half=-1.0), "x is the radius, >= 0"),
+        (lambda: cylinders(loads=[fo.Displacement("lower", "end", x=0.1)], directions="xy"), "x moves nodes off the axis, x = 0"),
         (lambda: column("axisymmetric", loads={"P": [fo.Centrifugal("upper", 1.0, centre=(1.0, 0.0))]}), "spin about their axis"),
     ],
 )
