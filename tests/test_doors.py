@@ -107,7 +107,7 @@ WHOLE = element(K, list(dict.fromkeys(LABELS[:, 0].tolist())), [(1, 2, 3)] * 22)
         ),
         ("** ELEMENT NODES", "** NODES", "has 1 elements, 0 nodes"),
         ("*USER ELEMENT", "*USER ELEMENT, NODES= 1, LINEAR\n*USER ELEMENT", "has 2 elements"),
-        ("1, 2, 3\n*MATRIX", "1, 2\n*MATRIX", r"has 2211 numbers, but its nodes have 44 directions, with a triangle of 990"),
+        ("1, 2, 3\n*MATRIX", "1, 2\n*MATRIX", r"has 2211 numbers, not 990 for a triangle of 44 rows"),
         ("1, 2, 3\n*MATRIX", "1, 2, 3\n40, 1\n*MATRIX", r"directions of bad\.mtx change at nodes \[40\] of 22"),
         ("** 1, 2, 3,", "** 1, two, 3,", r"bad\.mtx cannot be read .*'two'"),
         ("4.000000000000000e+02,", "4.0x,", r"bad\.mtx cannot be read .*'4\.0X'"),

@@ -388,9 +388,7 @@ class ContactSystem(Shown, Plotted):
         soft = give * self.own_stiffness
         if soft.max() > _SOFTER * max(soft.min(), 1.0):
             name = ("tangential", "normal")[int(soft.argmax() >= self.tangents * self.nodes)]
-            raise ModelError(
-                f"{name}: {soft.max():.1e} times softer than the bodies, while others are not; give springs at most {_SOFTER:g} times softer"
-            )
+            raise ModelError(f"{name}: {soft.max():.1e} times softer than the bodies, while others are not; give at most {_SOFTER:g} times")
         S, R, more = in_series(self.S, self.own_stiffness, self._reactions, give)
         L = None if self.compliance is None else self.compliance + more
         return replace(self, S=S, bonded=dict(zip(self.bonded, R.T, strict=True)), compliance=L)

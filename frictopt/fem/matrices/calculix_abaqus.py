@@ -196,10 +196,7 @@ def stiffness_of_element(text: str, path: Path) -> tuple[csr_matrix, Integers]:
     labels = np.array([(nodes[i], k) for i in range(len(nodes)) for k in directions[np.searchsorted(starts, i + 1, side="right") - 1]])
     size = len(labels)
     if len(values) != size * (size + 1) // 2:
-        raise ModelError(
-            f"stiffness: {path.name} has {len(values)} numbers, but its nodes have {size} directions, with a triangle of "
-            f"{size * (size + 1) // 2}; {_REMEDY}"
-        )
+        raise ModelError(f"stiffness: {path.name} has {len(values)} numbers, not {size * (size + 1) // 2} for a triangle of {size} rows; {_REMEDY}")
     K = np.zeros((size, size))
     K[np.tril_indices(size)] = values
     own = np.sqrt(np.abs(np.diag(K)))

@@ -93,10 +93,7 @@ class Deck(Shown):
             Sections of several thicknesses, or of one that varies.
         """
         if len(self.thicknesses) > 1 or not all(0 < t < np.inf for t in self.thicknesses):
-            raise ModelError(
-                f"deck: sections of thickness {', '.join(f'{t:g}' for t in self.thicknesses)}; give all plane elements one thickness, for what is "
-                "condensed is per unit depth"
-            )
+            raise ModelError(f"deck: sections of thickness {', '.join(f'{t:g}' for t in self.thicknesses)}; give all plane elements one thickness")
         return self.thicknesses[0] if self.thicknesses else 1.0
 
     @property
