@@ -1,5 +1,6 @@
 import itertools
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
@@ -126,6 +127,21 @@ def test_corners_are_called_by_their_loads_and_times():
         fo.LoadCycle({}, [{"P": 1.0}, {}], times=[0.0])
 
 
+SECONDS = pd.to_timedelta([0.0, 0.5, 2.0], unit="s")
+
+
+@pytest.mark.parametrize("index", [SECONDS, pd.Timestamp("2020-01-01") + SECONDS, pd.Index([0.0, 0.5, 2.0], name="Time")])
+def test_an_index_of_times_is_the_time(index):
+    history = pd.DataFrame({"P": [1.0, 3.0, 2.0]}, index=index)
+    cycle = fo.LoadCycle.from_history(history)
+    assert cycle.times == ((0.0, 0.5, 2.0) if index is SECONDS else tuple(index)) and cycle == fo.LoadCycle.from_history(
+        history.reset_index(drop=True)
+    )
+    assert fo.LoadCycle.from_history(history.assign(time=[5, 6, 7])).times == (5, 6, 7)  # a column of that name comes first
+    assert all(name.startswith("t = ") for name in cycle.corner_names) and cycle.plot().get_xlabel() == "time"
+    plt.close("all")
+
+
 def test_no_answer_changes_by_the_points_left_out():
     """The limit of all points by another solver's program of all rows, and the steady state of a transient through all points."""
     contact = random_system(np.random.default_rng(5), 4, loads=("mean", "a", "b"))
@@ -150,6 +166,8 @@ def test_no_answer_changes_by_the_points_left_out():
         (pd.DataFrame({"a": [1.0, 2.0], "time": [1.0, np.nan]}), {}, r"history\['time'\]: the time decreases or is missing"),
         (pd.DataFrame([[1.0, 2.0]], columns=["a", "a"]), {}, "the column 'a' stands twice"),
         (pd.DataFrame([[1.0]]), {}, "history: load case name 0"),
+        (pd.DataFrame({"time": [0.0], "a": [1.0], "b": [2.0]}).set_index(["time", "a"]), {}, r"2 levels; .* reset_index\(\)"),
+        (pd.DataFrame({"a": [1.0, 2.0]}, index=pd.to_datetime([1, 0])), {}, r"history\['time'\]: the time decreases"),
         (pd.DataFrame({"a": [1.0, 2.0]}), {"tolerance": -0.1}, "tolerance: -0.1"),
     ],
 )

@@ -220,9 +220,9 @@ def warns_of_odd_values(question: F) -> F:
         if caller.startswith(_OURS) and caller != _COMMAND:
             return question(*args, **kwargs)
         given = dict(zip(names, args, strict=False)) | kwargs
-        with suppress(ModelError):  # what is no number is for the question to refuse
+        with suppress(ModelError, TypeError):  # what is no number is for the question to refuse
             many = given.get("frictions", [given.get("friction", 0.0)])
-            asked_for = many if isinstance(many, Sequence | np.ndarray) else []  # others may be used up by looking at them
+            asked_for = many if isinstance(many, Collection) else []  # others may be used up by looking at them
             friction = max((float(real_array("friction", one).max(initial=0.0)) for one in asked_for), default=0.0)
             if friction > _ROUGH:
                 text = f"friction: {friction:g}, above {_ROUGH:g}; give the coefficient of friction, not per cent"

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import timedelta
 from functools import cached_property
 from numbers import Real
 from typing import Self
@@ -35,8 +36,8 @@ class LoadCycle(Plotted):
         load at all corners the load factor is that of a static load: how large may it grow while the fixed part comes and goes? Transients begin at
         the mean load, so let it be one inside the fixed part.
     times
-        The K times of the corners, numbers or dates, and maybe one more, when the load is back at the first corner. They serve pictures and names
-        alone: friction knows no time. None: not known.
+        The K times of the corners, numbers or dates, and maybe one more, when the load is back at the first corner. Times passed (`timedelta`) are
+        kept in seconds. They serve pictures and names alone: friction knows no time. None: not known.
 
     Raises
     ------
@@ -74,7 +75,8 @@ class LoadCycle(Plotted):
         if fixed is not None and len(fixed) != len(self.corners):
             raise ModelError(f"fixed: {len(fixed)} loads for {len(self.corners)} corners; give one for each, {{}} where there is none")
         object.__setattr__(self, "fixed", fixed if fixed and any(fixed) else None)
-        times = None if self.times is None else tuple(listed("times", self.times))
+        given = None if self.times is None else listed("times", self.times)
+        times = None if given is None else tuple(time.total_seconds() if isinstance(time, timedelta) else time for time in given)
         if times is not None and len(times) - len(self.corners) not in (0, 1):
             raise ModelError(f"times: {len(times)} for {len(self.corners)} corners; give one for each, and one more for the return to the first")
         for time in times or ():
@@ -141,16 +143,17 @@ class LoadCycle(Plotted):
             Static part of the loads, load case name -> amplitude, which the load factor leaves as it is: a corner is the row less the mean. Load
             cases that are not columns are constant. None: the middle between the least and the largest amplitude of each column.
         time
-            Name of the column with the time, by which the rows are sorted. None: the column "time", if there is one. The corners keep their times,
-            and so does a last row that equals the first one, as the time of the return.
+            Name of the column with the time, by which the rows are sorted. None: the column "time", else an index of dates, of times passed or of
+            that name, if there is one. The corners keep their times, and so does a last row that equals the first one, as the time of the return.
         tolerance
             Against noise, a share of the range of each load case: every measured load lies within it of the straight way between two corners kept, in
-            its order. One load case keeps its reversals of more than twice as much. 0: all turning points.
+            its order. One load case keeps its reversals of more than twice as much. 0: all turning points. A load that is constant but for noise has
+            no other range than its noise: leave its column out, and give it in `mean`.
 
         Raises
         ------
         ModelError
-            Not a DataFrame, no rows or load cases, amplitudes that are not finite numbers, a time that decreases.
+            Not a DataFrame, an index of several levels, no rows or load cases, amplitudes that are not finite numbers, a time that decreases.
 
         Examples
         --------

@@ -1,6 +1,6 @@
 """Corners of a load cycle from what engineers have: a history in a table, or load cases that vary independently."""
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -75,20 +75,24 @@ def history_corners(
         raise ModelError(f"history: a {type(history).__name__}; give a pandas DataFrame, a column for each load case and a row for each time")
     if not history.columns.is_unique:
         raise ModelError(f"history: the column {history.columns[history.columns.duplicated()][0]!r} stands twice; give each load case once")
-    clock = _time_column(list(history.columns), time)
-    cases = [name for name in history.columns if clock is None or name != clock]
+    if history.index.nlevels > 1:
+        raise ModelError(f"history: an index of {history.index.nlevels} levels; make columns of the time and of the loads by reset_index()")
+    timed = time is None and not _clock(history.columns) and (history.index.dtype.kind in "mM" or _clock([history.index.name]))
+    table = history.reset_index(names="time") if timed else history
+    clock = _time_column(list(table.columns), time)
+    cases = [name for name in table.columns if clock is None or name != clock]
     for name in cases:
         check_name("history", name)
-    if not cases or not len(history):
-        raise ModelError(f"history: {len(history)} rows, {len(cases)} load cases; give at least one of each")
+    if not cases or not len(table):
+        raise ModelError(f"history: {len(table)} rows, {len(cases)} load cases; give at least one of each")
     if clock is not None:
         try:
-            ordered = not history[clock].isna().any() and bool(history[clock].is_monotonic_increasing)
+            ordered = not table[clock].isna().any() and bool(table[clock].is_monotonic_increasing)
         except TypeError:  # neither numbers nor dates alone
             ordered = False
         if not ordered:
             raise ModelError(f"history[{str(clock)!r}]: the time decreases or is missing somewhere; sort the rows by time")
-    loads = np.column_stack([finite_array(f"history[{name!r}]", history[name].to_numpy(), (None,)) for name in cases])
+    loads = np.column_stack([finite_array(f"history[{name!r}]", table[name].to_numpy(), (None,)) for name in cases])
     given = {} if mean is None else dict(checked_loads("mean", mean))
     middle = {name: float(low / 2 + high / 2) for name, low, high in zip(cases, loads.min(axis=0), loads.max(axis=0), strict=True)}
     static = middle if mean is None else given
@@ -100,7 +104,7 @@ def history_corners(
         numbers = reversals(points / (share * np.where(ranges > 0, ranges, 1.0)))
     else:
         numbers = turning_points(points)
-    times = None if clock is None else history[clock].iloc[numbers].tolist()
+    times = None if clock is None else table[clock].iloc[numbers].tolist()
     if len(numbers) > 1 and (np.abs(points[-1] - points[0]) <= _ROUNDING * np.abs(points).max(axis=0, initial=0.0)).all():
         numbers.pop()  # the cycle comes back to its first corner by itself
     return static, [dict(zip(names, points[number].tolist(), strict=True)) for number in numbers], times
@@ -148,10 +152,15 @@ def _range(name: str, case: str, ends: object) -> list[Mapping[str, float]]:
     return [{case: least}, {case: most}] if most > least else [{case: least}]
 
 
+def _clock(names: Iterable[Hashable]) -> str | None:
+    """The name among these that says that it is the time."""
+    return next((name for name in names if isinstance(name, str) and name.lower() == "time"), None)
+
+
 def _time_column(columns: list[Hashable], time: object) -> Hashable:
     """The column that holds the time; None if there is none."""
     if time is None:
-        return next((name for name in columns if isinstance(name, str) and name.lower() == "time"), None)
+        return _clock(columns)
     if not isinstance(time, str) or time not in columns:
         raise ModelError(f"time: {shown(time)}; give the name of a column of the history, one of {shown([str(name) for name in columns])}")
     return time
