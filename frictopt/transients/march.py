@@ -1,6 +1,6 @@
 """Transients, by the exact path or in increments: the states over a number of load cycles, and that under the mean load alone."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from time import perf_counter
 from typing import Literal
 
@@ -86,14 +86,6 @@ def march(
     flag("progress", progress)
     asked = system, cycle, friction, load_factor, initial_slip, initial_state
     path = path_of(*asked, steps, engine)
-
-    def followed(path: SteppedPath) -> list[Array]:
-        points = [path.state, *path.follow(path.begun)]
-        for _ in range(cycles):
-            points += path.follow(path.legs)
-            bar.update()
-        return [np.array(values) for values in zip(*points, strict=True)]
-
     begun = path.visited
     if isinstance(path, ExactPath):
         path, error, legs = path.recorded(), 0.0, path.begun + path.legs * cycles
@@ -104,17 +96,7 @@ def march(
     else:
         with bar_of(progress, "march", "cycle", total=(1 + len(path.coarser)) * cycles, delay=2) as bar:
             coarse = [SteppedPath("newton", count, *asked) for count in path.coarser]  # the quickest way
-            bonded, u, r, status, work, _ = followed(path)
-            at_stops = u[:: path.steps, : -path.nodes]
-            error = 0.0 if coarse else np.inf
-            for other in coarse:
-                try:
-                    error = max(error, float(np.abs(at_stops - followed(other)[1][:: other.steps, : -other.nodes]).max()))
-                except (NoContinuation, SolverError):
-                    error = np.inf
-        doubt = doubts(system, path.friction, u, r)
-        ways = [float((one / np.where(doubt.bound > 0, doubt.bound, np.inf)).sum(axis=0).max()) for one in (doubt.lacking, doubt.change)]
-        error = max(error, max(float(np.sqrt(np.prod(ways))), float(doubt.late.max(initial=0.0))) / path.length)  # slip that increments may miss
+            (bonded, u, r, status, work), error = _in_increments(path, coarse, cycles, bar.update)
         time, work = begun + np.arange(len(u)) / path.steps, np.cumsum(work, axis=0)
     (bonded_q, bonded_p), (slip, gap), (q, p) = (parted(values, system.tangents + 1) for values in (bonded, u, r))
     trajectory = Trajectory(
@@ -141,6 +123,39 @@ def march(
             f"{trajectory.verdict}); {path.cause_of_rounding}"
         )
     return trajectory
+
+
+def _in_increments(path: SteppedPath, coarser: Sequence[SteppedPath], cycles: int, tell: Callable[[], object]) -> tuple[list[Array], float]:
+    """Loads, `u`, reactions, status and work of the states of a transient that has not begun, and their `step_error`.
+
+    Raises
+    ------
+    NoContinuation, SolverError
+        An increment has no valid answer.
+    """
+
+    def followed(path: SteppedPath) -> list[Array]:
+        points = [path.state, *path.follow(path.begun)]
+        for _ in range(cycles):
+            points += path.follow(path.legs)
+            tell()
+        return [np.array(values) for values in zip(*points, strict=True)]
+
+    def at_stops(path: SteppedPath, u: Array) -> Array:
+        return u[:: path.steps, : -path.nodes]
+
+    *states, _ = followed(path)
+    _, u, r, *_ = states
+    error = 0.0 if coarser else np.inf
+    for other in coarser:
+        try:
+            error = max(error, float(np.abs(at_stops(path, u) - at_stops(other, followed(other)[1])).max()))
+        except (NoContinuation, SolverError):
+            error = np.inf
+    doubt = doubts(path.system, path.friction, u, r)
+    ways = [float((one / np.where(doubt.bound > 0, doubt.bound, np.inf)).sum(axis=0).max()) for one in (doubt.lacking, doubt.change)]
+    missed = float(np.sqrt(np.prod(ways))), float(doubt.late.max(initial=0.0))  # slip within the increments
+    return states, max(error, *missed) / path.length
 
 
 def amplitudes_at(system: ContactSystem, cycle: LoadCycle, load_factor: float, time: Array, first: Mapping[str, float]) -> Array:
