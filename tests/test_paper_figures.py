@@ -119,8 +119,11 @@ def test_axes_are_named(figures, name):
     """Panels above another share its horizontal axis; enlargements at the right share the vertical one of their neighbour."""
     drawn = [axes for axes in figures[name].axes if axes.axison and axes.get_subplotspec()]  # pictures have none, colour bars no place in the grid
     for axes in drawn:
-        alone = len(axes.get_shared_x_axes().get_siblings(axes)) == 1
-        assert bool(axes.get_xlabel()) == (alone or axes.get_subplotspec().is_last_row())
+        place, shared = axes.get_subplotspec(), axes.get_shared_x_axes().get_siblings(axes)
+        below = [other.get_subplotspec() for other in shared if other.axison]
+        lowest = not any(other.colspan == place.colspan and other.rowspan.start > place.rowspan.start for other in below)
+        assert bool(axes.get_xlabel()) == lowest
+        assert any(label.get_visible() and label.get_text() for label in axes.get_xticklabels()) or not lowest
     assert all(axes.get_ylabel() for axes in drawn if axes.get_subplotspec().is_first_col())
 
 
