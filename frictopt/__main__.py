@@ -29,7 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         try:
             asked = _parser().parse_args(arguments)
-            for name, endings in (("table", WRITERS), ("picture", ())):
+            for name, endings in (("table", WRITERS), ("picture", ()), ("system", (".npz",))):
                 if getattr(asked, name, None):
                     setattr(asked, name, output(getattr(asked, name), *endings))
             with warnings.catch_warnings():
@@ -60,7 +60,7 @@ def _parser() -> argparse.ArgumentParser:
         return made
 
     look = command(_look, "what a file holds: a contact system, or a job of CalculiX", "look punch.npz --picture punch.png")
-    look.add_argument("file", help="SYSTEM.npz as ContactSystem.save writes it, or JOB.inp")
+    look.add_argument("file", help="SYSTEM.npz as ContactSystem.save writes it, or JOB.inp of CalculiX")
     condense = command(
         _condense,
         "condense a job of CalculiX to a contact system",
@@ -77,11 +77,11 @@ def _parser() -> argparse.ArgumentParser:
     )
     limit.add_argument("file", help="SYSTEM.npz")
     limit.add_argument("--kind", choices=_KINDS, default="shakedown", help="which limit (default: %(default)s)")
-    limit.add_argument("--mean", type=_loads, metavar="CASE=X[,CASE=X]", help="static load")
+    limit.add_argument("--mean", type=_loads, metavar="CASE=X[,CASE=X]", help="static load (default: none; of a history the middle of each load)")
     cycle = limit.add_mutually_exclusive_group(required=True)
     cycle.add_argument("--corners", nargs="+", type=_loads, metavar="CASE=X[,CASE=X]", help="corners of the load cycle, in their order")
     cycle.add_argument("--history", metavar="FILE", help="measured history instead: csv, xlsx or parquet, a column for each load case")
-    limit.add_argument("--tolerance", type=float, default=0.0, help="noise of the history, as a share of the range of each load case")
+    limit.add_argument("--tolerance", type=float, metavar="X", help="noise of the history, as a share of the range of each load case (default: 0)")
     limit.add_argument("--friction", type=float, required=True, help="coefficient of friction")
     study = command(_study, "the study of a file: many transients, as one table", "study study.toml --shard 3/50")
     study.add_argument("file", help="STUDY.toml")
@@ -122,7 +122,10 @@ def _condense(asked: argparse.Namespace) -> None:
     loads: dict[str, Any] = {}
     for text in asked.load:
         case, face, kind, numbers = _load_parts(text)
-        loads[case] = loads.get(case, 0.0) + job.force(face, **{kind: numbers[0] if kind == "pressure" else numbers})
+        try:
+            loads[case] = loads.get(case, 0.0) + job.force(face, **{kind: numbers[0] if kind == "pressure" else numbers})
+        except ModelError as error:
+            raise ModelError(f"--load {text}: {error}") from error
     pairs = job.pairs(*asked.contact)
     system = condense(job.K, loads, pairs, job.normals(pairs[:, 1]), job.unknowns, job.points, generalised=job.generalised)
     system.save(asked.system)
@@ -135,13 +138,17 @@ def _limit(asked: argparse.Namespace) -> None:
 
     system, question = contact.ContactSystem.load(asked.file), _KINDS[asked.kind]
     if asked.history:
-        cycle = contact.LoadCycle.from_history(read_table(asked.history), mean=asked.mean, tolerance=asked.tolerance)
+        cycle = contact.LoadCycle.from_history(read_table(asked.history), mean=asked.mean, tolerance=asked.tolerance or 0.0)
+    elif asked.tolerance is not None:
+        raise ModelError(f"--tolerance: {asked.tolerance:g}; corners have no noise: leave it out, or give a --history")
     else:
         cycle = contact.LoadCycle(asked.mean or {}, asked.corners)
     found = getattr(transients if asked.kind == "onset" else limits, question)(system, cycle, asked.friction)
     table = found.to_frame()
     print(found)
     print(table.head(_ROWS).to_string(index=False, float_format="{:.5g}".format))
+    if len(table) > _ROWS and not asked.table:
+        print(f"... {len(table)} rows in all; --table FILE writes them")
     _written(asked.picture, found, asked.table, table)
 
 

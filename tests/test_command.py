@@ -133,7 +133,19 @@ def test_a_reader_that_stops_early_hears_no_complaint(arguments):
 
 
 BAD = {
-    "no file": (["look", "none.npz"], 2, "'none.npz' is not a contact system (ValueError('there is no such file'))"),
+    "no file": (["look", "none.npz"], 2, "'none.npz' is not a contact system (there is no such file)"),
+    "no npz": (["look", str(FLAT.with_suffix(".sti"))], 2, "is not a contact system (File is not a zip file)"),
+    "tolerance of corners": ([*LIMIT, *CORNERS, "--tolerance", "0"], 2, "--tolerance: 0; corners have no noise"),
+    "numbers of a load": (
+        ["condense", str(FLAT), "x.npz", "--contact", "N_TOP", "N_TOP", "--load", "P=N_TOP:traction=1"],
+        2,
+        "--load P=N_TOP:traction=1: ",
+    ),
+    "system": (
+        ["condense", str(FLAT), "x.csv", "--contact", "N_TOP", "N_TOP", "--load", "P=N_TOP:pressure=1"],
+        2,
+        "'x.csv'; give a file that ends in .npz",
+    ),
     "no job": (["look", "none.inp"], 2, "there is no"),
     "load case": ([*LIMIT, "--corners", "other=1"], 2, "load case 'other': unknown"),
     "history": ([*LIMIT, "--history", "system.npz"], 2, "give a file that ends in"),
@@ -170,7 +182,9 @@ def test_bad_options_are_refused_before_anything_is_computed(arguments, capsys):
 @pytest.mark.parametrize(
     ("friction", "files", "message"),
     [
-        ("0.4", "color = 1", "color; a study has"),
+        ("0.4", "color = 1", "color unknown; a study has"),
+        ("0.4", "color = 1\n[cycel]", "color, cycel unknown; a study has"),
+        ("0.4", "[starts.overloads]\nload = 1", "unexpected keyword argument 'load'; its options are load_factors"),
         ("0.4", "store = 1", "store: 1"),
         ("0.4", 'picture = "nowhere/p.png"', "no folder that exists"),
         ('{ distribution = "nothing" }', "", "distribution 'nothing'"),
@@ -180,6 +194,17 @@ def test_bad_options_are_refused_before_anything_is_computed(arguments, capsys):
 def test_bad_studies_are_refused_by_name(friction, files, message, capsys):
     study_file(friction, files)
     assert main(["study", "study.toml"]) == 2 and message in capsys.readouterr().err
+
+
+def test_a_study_says_what_is_unknown_and_what_is_missing(capsys):
+    Path("half.toml").write_text("frction = 0.4\nload_factors = [1.0]\n[cycle]\n")
+    assert main(["study", "half.toml"]) == 2 and "half.toml: frction unknown and system, friction missing; a study has" in capsys.readouterr().err
+
+
+def test_a_long_table_is_printed_in_part_and_says_so(capsys):
+    random_system(np.random.default_rng(3), 12).save("system.npz")
+    assert main([*LIMIT, *CORNERS]) == 0 and capsys.readouterr().out.endswith("... 12 rows in all; --table FILE writes them\n")
+    assert main([*LIMIT, *CORNERS, "--table", "limit.csv"]) == 0 and "rows in all" not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(("option", "message"), [("--shard=4/3", "shard k: 4"), ("--shard=4", "shard: (4,)"), ("--workers=0", "--workers: 0")])

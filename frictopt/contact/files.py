@@ -62,5 +62,6 @@ def read(source: str | Path) -> dict[str, Any]:
         bonded = dict(zip(arrays.pop("cases").tolist(), arrays.pop("bonded"), strict=True))
         known = {name: None if not array.size else array if array.ndim else array.item() for name, array in arrays.items()}
     except Exception as error:  # readers raise many kinds of error on a damaged or foreign file
-        raise ModelError(f"path: {str(source)!r} is not a contact system ({shown(error)}); give a file as its save writes it") from error
+        why = " ".join(str(error).split()) or type(error).__name__
+        raise ModelError(f"path: {str(source)!r} is not a contact system ({why}); give a file as its save writes it, such as 'joint.npz'") from error
     return {"bonded": bonded, **known}

@@ -2,6 +2,7 @@
 
 import tomllib
 from collections.abc import Callable, Mapping
+from inspect import signature
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -39,7 +40,8 @@ def read_plan(file: str | Path) -> tuple[dict[str, Any], dict[str, Path]]:
         raise ModelError(f"{file}: {error}; give a file in TOML") from error
     unknown, missing = sorted(set(plan) - set(_KNOWN)), [name for name in _NEEDED if name not in plan]
     if unknown or missing:
-        raise ModelError(f"{file}: {', '.join([*unknown, *(f'no {name}' for name in missing)])}; a study has {', '.join(_KNOWN)}")
+        wrong = [f"{', '.join(names)} {verb}" for names, verb in ((unknown, "unknown"), (missing, "missing")) if names]
+        raise ModelError(f"{file}: {' and '.join(wrong)}; a study has {', '.join(_KNOWN)}")
     for name in ("system", "store", "table", "picture"):
         if not isinstance(plan.get(name, ""), str):
             raise ModelError(f"{name}: {plan[name]!r}; give the name of a file")
@@ -115,4 +117,7 @@ def _called(what: str, function: Callable[..., T], *first: Any, **options: Any) 
     try:
         return function(*first, **options)
     except TypeError as error:  # an option that it does not have, or lacks
-        raise ModelError(f"{what}: {error}") from error
+        known = [
+            name for name, one in signature(function).parameters.items() if one.kind is not one.VAR_POSITIONAL and one.kind is not one.VAR_KEYWORD
+        ]
+        raise ModelError(f"{what}: {error}" + (f"; its options are {', '.join(known[len(first) :])}" if known else "")) from error
