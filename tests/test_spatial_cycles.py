@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from frictopt.contact.parts import joined
 from frictopt.transients import steady as asked
 from spatial import cycle, random_contact, single
 
@@ -201,3 +202,19 @@ def test_a_node_without_friction_moves_without_an_end_and_is_at_rest_as_in_the_p
     for contact in (single(), plane):
         steady = fo.steady_state(contact, loads, 0.0, 1.0)
         assert steady.outcome is fo.Outcome.SHAKEDOWN and steady.dissipation == 0
+
+
+@pytest.mark.parametrize(("seed", "ratio"), [(39, 0.9015625), (55, 0.8875)])
+def test_work_that_dies_out_slowly_is_rest_however_close_the_limit(seed, ratio):
+    """By plain following: each cycle has less work than the one before, and in the end less than a millionth of the first one's."""
+    rng, nodes = np.random.default_rng(seed), 2 + seed % 2
+    contact, loads = random_contact(rng, nodes), cycle(nodes)
+    asked = contact, loads, 0.5, ratio * fo.shakedown_limit(contact, loads, 0.5).load_factor
+    start = 0.5 * rng.normal(size=(nodes, 2))
+    steady = fo.steady_state(*asked, initial_slip=start, steps=2)
+    assert steady.outcome is fo.Outcome.SHAKEDOWN and steady.dissipation == 0
+    for corner in loads.at(asked[3]):
+        q1, q2, p = (joined(*contact.reaction(corner)) + contact.S @ np.r_[steady.slip.T.ravel(), np.zeros(nodes)]).reshape(3, nodes)
+        assert (np.hypot(q1, q2) <= 0.5 * p + 1e-9).all()
+    works = fo.march(*asked, cycles=600, initial_slip=start, steps=2).cycle_work.sum(axis=1)
+    assert (np.diff(works) <= 1e-14).all() and works[-1] < 1e-6 * works[0]

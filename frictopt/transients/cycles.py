@@ -21,6 +21,7 @@ _GAIN = 4  # ratio of the changes in returns from one extrapolated fixed point a
 _SAME = 3e-8  # difference of the works at fixed points from two states of a transient, over their sum, up to which these are one
 _BETWEEN = (0.5, 0.1)  # shares of the way from the fixed point to the last state
 _MORE = 30  # cycles followed until the work repeats
+_DIES_OUT = 0.5  # error of a work, over itself, from which on all of it may die out: slow decay has an error of 1, known to some per cent
 _SLOW = 1e-3  # a drift that changes by a smaller share of itself from cycle to cycle needs more than ten thousand cycles to die out
 
 
@@ -161,7 +162,8 @@ class Run:
                 end = cycles[-1]
                 if not slides:
                     return Settled(Outcome.SHAKEDOWN, path, replace(end, work=0 * end.work), 0.0, (end,))
-                return Settled(Outcome.CYCLIC_SLIP, path, end, off, (end,))
+                if off < _DIES_OUT:
+                    return Settled(Outcome.CYCLIC_SLIP, path, end, off, (end,))
         drifts = self.ratchets()
         return None if drifts is None else Settled(Outcome.RATCHETING, path, replace(cycle, change=0.0), drifts, (cycle,))
 
