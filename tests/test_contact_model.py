@@ -219,5 +219,6 @@ def test_the_chords_of_a_coarse_circle_touch_a_fine_one(elements):
 
     for model in fit(0.0):
         assert not model.condense().gap.any()
-    with pytest.raises(fo.ModelError, match="the faces do not touch"):
-        fit(0.1)
+    for gap in (0.1, 1.3 * (1 - np.cos(np.pi / np.array(elements))).sum()):
+        with pytest.raises(fo.ModelError, match="the faces do not touch"):
+            fit(gap)

@@ -36,6 +36,7 @@ def test_the_element_of_jenkins():
     assert curve.damping == pytest.approx(work / (2 * np.pi * force * X), rel=1e-12, abs=1e-13)
     assert curve.natural_frequency == pytest.approx(np.sqrt((k0 + kt) / m) / (2 * np.pi))
     assert curve.shakedown_limit == pytest.approx(mu * N * (k0 + kt) / kt / np.sqrt(m)) == curve.guaranteed_limit
+    assert np.isnan(curve.exponent).tolist() == [True] * 5 + [False]  # of load factors without work
     assert np.array_equal(curve.least_damping, curve.damping) and np.array_equal(curve.most_frequency, curve.frequency)
 
 
@@ -48,6 +49,9 @@ def test_damping_below_the_guaranteed_limit_where_a_node_opens_and_closes():
     curve = fo.damping_curve(pair, cycle, friction, [0.7])
     seen = [fo.steady_state(pair, cycle, friction, 0.7, initial_slip=start).loop("Q") for start in starts]
     damping = [loop.area / (np.pi * 0.7 * np.ptp(loop.displacement)) for loop in seen]
+    rest, found = fo.steady_state(pair, cycle, friction, 0.05), fo.damping_curve(pair, cycle, friction, [0.05], range=False).displacement[0]
+    assert rest.outcome is fo.Outcome.SHAKEDOWN and rest.open.any() and abs(found / (2 * 0.05) - 1) > 1e-3  # softer than the glued one
+    assert found == pytest.approx(np.ptp(rest.loop("Q").displacement) / 2)
     assert 0.7 < 0.9 * curve.guaranteed_limit and curve.damping[0] < 0.5 * max(damping)
     assert curve.least_damping[0] <= min(damping) + 1e-12 and curve.most_damping[0] >= max(damping) * (1 - 1e-9)
 

@@ -11,13 +11,13 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.fem.paraview import _loads
 from frictopt.histories.run import Case
 from frictopt.transients.exact.path import turning_corners
 from oracle import Oracle
 from separation import pulled_system
 from spatial import random_contact, vectors
 from systems import corner_rows, linprog_limit, linprog_margin, random_system
+from test_guaranteed import check
 
 seeds = st.integers(0, 10**6)
 
@@ -134,6 +134,7 @@ def test_the_guaranteed_limit_is_the_least_of_programs_with_a_node_on_both_bound
         least = np.fmin(least, linprog_limit(contact, cycle, f, equal=equal, least=True)[1])
     guaranteed = fo.guaranteed_limit(contact, cycle, f)
     assert guaranteed.load_factor == pytest.approx(least, rel=1e-6)
+    check(guaranteed)
     if guaranteed.node is not None and guaranteed.load_factor > guaranteed.least:
         assert guaranteed.verify(starts=0, moved=1).persists
 
@@ -189,11 +190,9 @@ def test_a_study_has_other_keys_with_another_fixed_part(tmp_path):
     assert len(fo.results.read_store(store)) == 4
 
 
-def test_loads_between_corners_and_what_is_said_of_a_cycle():
+def test_the_loads_of_corners_and_what_is_said_of_a_cycle():
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}, {"P": 0.5}], fixed=[{"P": -0.5}, {"R": 1.0}])
     assert cycle.at(0.5) == ({"P": 0.5, "Q": 1.0}, {"P": 1.25, "R": 1.0})
-    assert _loads(cycle, 0.5, 1.0) == pytest.approx({"P": 0.5, "Q": 1.0, "R": 0.0})
-    assert _loads(cycle, 0.5, 1.25) == pytest.approx({"P": 0.6875, "Q": 0.75, "R": 0.25})
     assert repr(cycle).endswith("corners=[{'Q': 2.0}, {'P': 0.5}], fixed=[{'P': -0.5}, {'R': 1.0}])")
     assert pickle.loads(pickle.dumps(cycle)) == cycle and hash(cycle) != hash(fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}, {"P": 0.5}]))
     assert fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}], [{}]) == fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}])

@@ -152,4 +152,7 @@ def test_what_a_limit_of_none_means_and_what_one_overload_leaves():
     left = np.linalg.norm(fo.march(contact, loads, f, limit.shakedown.load_factor, cycles=1).slip[-1], axis=1).max()
     assert left < limit.largest_slip and after.load_factor > 0 and after.largest_slip <= left * (1 + 1e-9)
     assert after.load_factor == pytest.approx(fo.guaranteed_limit(contact, loads, f, slip_bound=left).load_factor, rel=1e-7)
+    bounded = fo.guaranteed_limit(contact, loads, f, slip_bound=0.5 * left)
+    assert bounded.after_overload(limit.shakedown.load_factor).load_factor == pytest.approx(bounded.load_factor, rel=1e-7)
+    assert bounded.load_factor > after.load_factor
     assert limit.after_overload(0.5 * limit.shakedown.load_factor).largest_slip == 0  # nothing slips in so small an overload

@@ -104,3 +104,8 @@ def test_a_limit_that_is_tiny_beside_the_loads_is_not_taken_for_the_coincidence_
     at = 0.6 * limit.shakedown.load_factor
     first = at / 1.2 / (0.5 * coupling * 0.7)  # leaves node 1 no shear under the mean load, and is on both bounds at a sixth less load
     assert fo.steady_state(pair, cycle, 0.5, at, initial_slip=[first, -0.3 * first]).outcome is fo.Outcome.CYCLIC_SLIP
+
+
+def test_the_middle_of_a_cycle_is_the_mean_of_its_corners():
+    about = from_its_middle(fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": 3.0}]), 2.0)
+    assert about == fo.LoadCycle({"P": 1.0, "Q": 4.0}, [{"P": 0.0, "Q": -2.0}, {"P": 0.0, "Q": 2.0}])

@@ -15,6 +15,7 @@ from spatial import random_contact, vectors
 from studies.validation.fuzz.embedded import embedded
 from studies.validation.open_patterns import largest_with_open
 from systems import CYCLE, system
+from test_guaranteed import check as of_witness
 
 THREE = fo.LoadCycle({"mean": 1.0}, [{"cyclic": -1.0}, {"cyclic": 0.8}, {"cyclic": 0.3}])
 
@@ -167,6 +168,7 @@ def test_transients_verify_a_guaranteed_limit_with_open_nodes(seed):
     rng = np.random.default_rng(seed)
     contact, friction = pulled_system(rng, int(rng.integers(2, 7))), float(rng.uniform(0.1, 1.0))
     limit = fo.guaranteed_limit(contact, CYCLE, friction)
+    of_witness(limit)
     check = limit.verify(starts=10, moved=1)
     above = check.runs[check.runs["start"] == "witness"]
     assert limit.open.any() and limit.node is not None and check.persists and above["outcome"].tolist() == ["CYCLIC_SLIP"]

@@ -118,12 +118,6 @@ def test_a_steady_state_shows_the_work_of_each_node(contact, axes):
     assert ax.get_title() == f"cyclic slip, work of friction per cycle {steady.dissipation:.4g}"
 
 
-def test_a_contact_that_is_not_flat_is_refused():
-    for result in (fo.shakedown_limit(CURVED, cycle(), F), fo.onset(CURVED, cycle(), F)):
-        with pytest.raises(fo.ModelError, match="not flat"):
-            result.plot()
-
-
 @ALL
 def test_an_onset_shows_the_bonded_contact_at_the_first_slip_of_all_and_circles_what_slips(contact, axes):
     first = fo.onset(contact, cycle(), F)
@@ -182,7 +176,10 @@ def test_contacts_of_several_planes_stand_side_by_side():
     assert np.allclose(np.column_stack([arrows.U, arrows.V]), limit.slip) and [text.get_text() for text in ax.texts] == ["lap", "head"]
 
 
-def test_contacts_above_each_other_are_refused_and_their_transients_drawn():
+def test_contacts_that_are_not_flat_or_above_each_other_are_refused_and_their_transients_drawn():
+    for result in (fo.shakedown_limit(CURVED, cycle(), F), fo.onset(CURVED, cycle(), F)):
+        with pytest.raises(fo.ModelError, match="not flat"):
+            result.plot()
     z = [[0.0, 0.0, 1.0]]
     stacked = fo.ContactSystem(FLAT.S, np.r_[FLAT.points[:3], FLAT.points[:3] + z], FLAT.bonded)
     limit = fo.shakedown_limit(stacked, cycle(), F)

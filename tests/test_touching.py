@@ -11,7 +11,7 @@ from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 import frictopt as fo
 from frictopt.fem.contacts import check_touching
 from frictopt.fem.faces import neighbours, normals_of
-from meshes import rotation, turned
+from meshes import blocks, hung, rotation, turned, uniform_loads
 
 FEET = [(-12.0, -7.0), (-2.5, 2.5), (7.0, 12.0)]
 
@@ -112,3 +112,11 @@ def test_neighbours_of_unlike_sizes_are_all_that_are_within_reach(axes):
     found = np.array(neighbours(places, reach, others, radii)).T
     near = np.linalg.norm(places[:, None] - others, axis=-1) <= reach[:, None] + radii
     assert sorted(found.tolist()) == np.argwhere(near).tolist()
+
+
+def test_a_facet_beside_a_contact_is_a_part_of_it_or_refused():
+    """It has a node of the contact, and lies on the other body."""
+    bodies = blocks()
+    part = bodies["punch"].mesh.with_boundaries({"part": lambda x: (x[1] == 0) & (x[0] < 0.1)})
+    with pytest.raises(fo.ModelError, match="bodies 'punch' and 'block' touch around"):
+        fo.ContactModel({**bodies, "punch": fo.Body(part)}, hung(), uniform_loads(), [fo.Contact("punch", "block", "part")])
