@@ -75,3 +75,8 @@ def test_an_error_message_is_short():
         with pytest.raises(fo.ModelError) as caught:
             checks.flag("a", value)
         assert len(str(caught.value)) < 120
+
+
+def test_a_mask_in_place_of_numbers_is_told_what_to_be():
+    with pytest.raises(fo.ModelError, match=r"held: .*dtype bool.* is not numeric; .*np\.flatnonzero\(mask\)"):
+        checks.real_array("held", np.array([True, False]))

@@ -69,7 +69,8 @@ def real_array(name: str, values: object) -> Array:
     except (TypeError, ValueError) as error:
         raise ModelError(f"{name}: {shown(values)} is no array, or has rows of different lengths; give a rectangular array") from error
     if raw.dtype.kind not in "fiu":
-        raise ModelError(f"{name}: {shown(values)} (dtype {raw.dtype}) is not numeric; give an array or a list of real numbers")
+        mask = " (of a mask, `np.flatnonzero(mask)`)" if raw.dtype.kind == "b" else ""
+        raise ModelError(f"{name}: {shown(values)} (dtype {raw.dtype}) is not numeric; give an array or a list of real numbers{mask}")
     with np.errstate(over="ignore"):  # extended precision may not fit; infinities are for the caller to refuse
         return np.array(raw, dtype=np.float64, order="C")
 

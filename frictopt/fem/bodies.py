@@ -47,6 +47,8 @@ class Body:
     >>> fo.Body(mesh, fo.Material(E=70e9, nu=0.33)).boundary_nodes("contact", "interface").size
     3
     >>> mesh = MeshHex.init_tensor([0.0, 0.5, 1.0], [0.0, 1.0], [0.0, 1.0]).with_boundaries({"contact": lambda x: x[2] == 0})
+    >>> fo.Body(mesh)
+    Body(MeshHex1, 12 nodes, 2 elements, boundaries=['contact'], element='linear', Material(E=1.0, nu=0.3))
     >>> fo.Body(mesh).boundary_nodes("contact", "interface").size
     6
     >>> fo.Body(mesh, element="quadratic").boundary_nodes("contact", "interface").size
@@ -70,6 +72,11 @@ class Body:
         if not isinstance(self.material, Material):
             raise ModelError(f"material: a {type(self.material).__name__}; give a Material")
         _check_elements(self.mesh)
+
+    def __repr__(self) -> str:
+        mesh, names = self.mesh, sorted(self.mesh.boundaries or {})
+        parts = f"{type(mesh).__name__}, {mesh.p.shape[1]} nodes, {mesh.nelements} elements, boundaries={names}, element={self.element!r}"
+        return f"Body({parts}, {self.material})"
 
     def boundary(self, name: str, argument: str) -> Integers:
         """Facets of the boundary of that name, which lie on the outline of the mesh; error messages call it `argument`."""

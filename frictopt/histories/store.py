@@ -70,6 +70,8 @@ class Store:
             self.path = Path(path).expanduser().absolute()
             if self.path.exists() and not self.path.is_file():
                 raise OSError("no file")
+            if not make and not self.path.exists():
+                raise OSError("there is no such file")
         except (OSError, TypeError, RuntimeError) as error:  # RuntimeError: unknown home folder
             raise StoreError(f"store: {path!r} is no store ({error}); give another name") from error
         with self._errors():
