@@ -5,6 +5,7 @@ import pytest
 from skfem import MeshHex, MeshQuad
 
 import frictopt as fo
+from meshes import box
 
 CYCLE = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}])
 STIFF = fo.Material(E=3.0)
@@ -77,3 +78,29 @@ def test_a_pair_that_is_moved_apart_is_no_plane_of_symmetry():
     both = [*moved, fo.Displacement("block", "plane 0", x=0.1)]
     system = fo.ContactModel(model.bodies, model.supports, {**model.loads, "both": both}).condense()
     assert system.bonded["both"][0][0] == 0.0
+
+
+@pytest.mark.parametrize(("kind", "cells"), [(MeshQuad, 6), (MeshQuad, 5), (MeshHex, 6)])
+def test_half_of_a_round_body_above_a_flat_one_is_pressed_and_sheared_as_a_half_of_it(kind, cells):
+    """Its lowest facet leans, and by its gap the place of the node on the plane of symmetry is off the plane by some 1e-6 of an edge."""
+    d, found = kind().dim(), []
+    for ends in ((0.0, 1.0), (-1.0, 1.0)):
+        bodies, half = {}, ends[0] == 0
+        for name, low, n in (("upper", 0.0, 6), ("lower", -1.0, cells)):
+            across = [np.linspace(*ends, (1 if half else 2) * n + 1), *[[0.0, 0.4]] * (d - 2)]
+            mesh = box(kind, *across, [low, low + 0.5, low + 1])
+            if name == "upper":
+                mesh = kind(mesh.p + np.eye(d)[:, [-1]] * (2e-3 + 4e-3 * mesh.p[0] ** 2) * (1 - mesh.p[-1]), mesh.t).with_boundaries(mesh.boundaries)
+            bodies[name] = fo.Body(mesh)
+        up = "xyz"[d - 1]
+        supports = [fo.Support(name, up + side, "xyz"[1:d]) for name, side in (("upper", "+"), ("lower", "-"))]
+        for name, height in (("upper", 1.0), ("lower", -1.0)):
+            supports += [fo.Support(name, "x-", "x")] if half else [fo.Support(name, (0.0, *[0.0] * (d - 2), height), "x")]
+        pulls = [fo.Pressure("lower", side, -1.0) for side in (["x+"] if half else ["x+", "x-"])]
+        loads = {"P": [fo.Displacement("upper", up + "+", **{up: -1.0})], "Q": pulls}
+        system = fo.ContactModel(bodies, supports, loads, [fo.Contact("upper", "lower", gap="measured")]).condense()
+        right = system.points[:, 0] > 1e-9
+        order = np.flatnonzero(right)[np.lexsort(system.points[right].T)]
+        found.append([np.column_stack([np.reshape(q, (len(right), -1)), p])[order] for q, p in system.bonded.values()])
+    for half, whole in zip(*found, strict=True):
+        assert np.abs(half - whole).max() < 1e-4 * np.abs(whole).max()

@@ -17,7 +17,7 @@ from .corners import shares
 from .elasticity import Kinematics, body_stiffness, values_at
 from .elements import midside_ties
 from .given import same_point
-from .interface import Interface, frames_of, guided, openings
+from .interface import Interface, frames_of, guided, on_planes, openings
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
 from .rigid import assemblies, node_graph
 
@@ -162,7 +162,7 @@ class Assembly:
         lie = np.linalg.norm(self.points[links.col] - self.points[ones[links.row]], axis=1) <= near
         others[links.row[lie]] = links.col[lie]
         kept, means = shares(contacts, number, ones, others, self.points[ones], widths, near)
-        opening = csr_matrix(means @ openings(ones, projection))
+        opening = on_planes(csr_matrix(means @ openings(ones, projection)), self.free_rows, self.points)
         normals, stopped = guided(opening, self.free_rows, normals[kept])
         self.interface = Interface(ones[kept], opening, frames_of(normals), stopped)
         self.sides = identity(len(self.points), format="csr")[ones[kept]], projection[kept]

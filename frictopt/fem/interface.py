@@ -17,6 +17,7 @@ from ..errors import ModelError
 
 _ASIDE = 1e3 * CONDENSATION  # share of its distance by which a node may be aside, and of its stiffness by which it may be pulled: rounding
 _ONE, _ALL = 8, 0.75  # nodes of one element, which are all joined; share of all nodes that are joined in models that are reduced
+_LITTLE = 1e-2  # most that a node on a plane of symmetry has from nodes off it for facets that lean there: gap over diameter
 _LIES = 0.5  # least share of a normal in a plane of symmetry: it may lean by half the angle of an edge beside it
 _ALONG = 0.9  # share of x in a normal from which on the first tangent is taken from y
 
@@ -169,6 +170,27 @@ def frames_of(normals: Array) -> Array:
     first = axis - np.sum(axis * n, axis=1)[:, None] * n
     first = first / np.linalg.norm(first, axis=1)[:, None]
     return np.stack([first, np.cross(n, first), n], axis=1)
+
+
+def on_planes(opening: csr_matrix, unknowns: Integers, points: Array) -> csr_matrix:
+    """The relative motions `sum_j M_ij u_j`, on planes of symmetry without the little that they have from nodes off the plane.
+
+    Where a facet leans and does not touch, the place of a node on the plane is off it, by the gap times the lean, and the pair would hardly move
+    with the next node off the plane: a pair that is stuck would hold that node by a force that is as many times larger.
+    """
+    M, n, place = csr_matrix(opening), opening.shape[0], opening @ points
+    row, off = np.repeat(np.arange(n), np.diff(M.indptr)), np.full(M.nnz, False)
+    for held, aside in zip((unknowns < 0).T, place.T, strict=True):
+        loose = ~held[M.indices]
+        share = np.bincount(row, loose * np.abs(M.data), minlength=n)
+        off |= loose & ((share <= _LITTLE) & (np.abs(aside) > SAME_POINT * share * np.ptp(points)))[row]
+    kept = csr_matrix((np.where(off, 0.0, M.data), M.indices, M.indptr), shape=M.shape)
+    own, other = kept.maximum(0.0), kept.minimum(0.0)
+    scale = np.asarray(own.sum(axis=1)).ravel() / -np.asarray(other.sum(axis=1)).ravel()
+    changed = np.bincount(row, off, minlength=n) > 0
+    found = csr_matrix(own + diags(np.where(changed, scale, 1.0)) @ other)
+    found.eliminate_zeros()
+    return found
 
 
 def guided(opening: csr_matrix, unknowns: Integers, normals: Array) -> tuple[Array, Integers]:
