@@ -300,8 +300,9 @@ FAULTS = (
     # path
     Fault("transients/exact/kernel.py", "a node at one bound sticks without being asked", "off = min(slack_forward, slack_backward)",
           "off = max(slack_forward, slack_backward)", "path_exact"),
-    Fault("transients/cycles.py", "one state tells the fixed point of a curved map", "if same and closer and", "if closer and",
-          "spatial_cycles"),
+    Fault("transients/cycles.py", "one state tells the fixed point of a curved map",
+          "(proof, proving) if (apart <= _SAME * proving.work.sum() + none).all() else None", "proof, proving", "spatial_cycles"),
+    Fault("transients/cycles.py", "later fixed points are where this one is", "max(off, self.slow * self.aside)", "off", "spatial_cycles"),
     Fault("transients/exact/kernel.py", "work by the pressure before", "0.5 * (before + r[nodes + node])", "before",
           "path_exact work_of_friction"),
     Fault("transients/exact/kernel.py", "work by six tenths of the two pressures", "f[node] * 0.5 * (before", "f[node] * 0.6 * (before",

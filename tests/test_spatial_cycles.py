@@ -96,6 +96,17 @@ def test_the_steady_state_of_random_unguided_contacts_is_that_of_plain_following
     assert (steady.outcome is fo.Outcome.RATCHETING) == (drift > 1e-3) and (drift > 1e-3 or steady.slip == pytest.approx(ends[-1], abs=1e-5))
 
 
+@pytest.mark.parametrize("seed", [24, 53, 59])
+def test_slip_that_comes_slowly_to_one_of_many_steady_states_tells_how_far_off_its_work_is(seed):
+    """Its works of later cycles differ from those told by up to 1e-7 of themselves."""
+    rng = np.random.default_rng(seed)
+    contact = random_contact(rng, int(rng.integers(2, 6)))
+    at = 1.15 * fo.shakedown_limit(contact, cycle(), 0.5).load_factor
+    steady, works = fo.steady_state(contact, cycle(), 0.5, at), fo.march(contact, cycle(), 0.5, at, cycles=1000).cycle_work.sum(axis=1)
+    assert works[-1] == pytest.approx(works[-100], rel=1e-9)
+    assert steady.extrapolated and 1e-9 < abs(steady.dissipation / works[-1] - 1) <= steady.work_error < 1e-5
+
+
 def test_a_single_node_on_its_own_stiffness_never_ratchets():
     """A drift would stress it; here its slip goes to rest slowly, just below the load factor from which on some start makes it slip for ever."""
     S = np.array([[1.1854, -0.1615, 0.5329], [-0.1615, 1.2455, -1.0787], [0.5329, -1.0787, 3.149]])

@@ -62,6 +62,8 @@ class Run:
         Extrapolations that failed since the events last changed, and returns until the next one.
     fixed
         In increments a return from the last fixed point that was found.
+    aside
+        Difference of the works of the last two fixed points, over that of a return: later states of the transient may lead to others.
     slow
         Sum of all later changes over the last one, where the transient went on from its limit.
     extrapolated
@@ -79,6 +81,7 @@ class Run:
     tried: int = 0
     pause: int = 0
     fixed: Cycle | None = None
+    aside: float = 0.0
     slow: float = 1.0
     extrapolated: bool = False
 
@@ -163,7 +166,7 @@ class Run:
                 if not slides:
                     return Settled(Outcome.SHAKEDOWN, path, replace(end, work=0 * end.work), 0.0, (end,))
                 if off < _DIES_OUT:
-                    return Settled(Outcome.CYCLIC_SLIP, path, end, off, (end,))
+                    return Settled(Outcome.CYCLIC_SLIP, path, end, max(off, self.slow * self.aside), (end,))
         drifts = self.ratchets()
         return None if drifts is None else Settled(Outcome.RATCHETING, path, replace(cycle, change=0.0), drifts, (cycle,))
 
@@ -242,8 +245,11 @@ class Run:
         closer = all(np.linalg.norm(one.after - limit) < np.linalg.norm(one.before - limit) for one in [last, *between])
         earlier, self.fixed = self.fixed, proving
         none = RESIDUAL * self.path.scales.mean * self.path.scales.length  # the work of a slip that counts as none
-        same = earlier is not None and bool((np.abs(proving.work - earlier.work) <= _SAME * proving.work.sum() + none).all())
-        return (proof, proving) if same and closer and proof is not None else None
+        if earlier is None or not closer or proof is None:
+            return None
+        apart = np.abs(proving.work - earlier.work)
+        self.aside = float(apart.sum() / (proving.work.sum() or 1.0))
+        return (proof, proving) if (apart <= _SAME * proving.work.sum() + none).all() else None
 
     def drifts_on(self) -> str:
         """In words, that more returns cannot help: one from where the drift leads in all cycles left has the same events and drift.

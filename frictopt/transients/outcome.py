@@ -34,7 +34,7 @@ class SteadyState(Recorded, Plotted):
         (N,) way that each node slides per load cycle while it is closed, the mean over the period, length; 0 after shakedown.
     work_error
         Estimated distance of `dissipation` from that of all later cycles, over itself. At most 1e-9, unless rounding hides a work that is little
-        beside the loads.
+        beside the loads, or slip in increments comes slowly to one of many cycles that come back.
     step_error
         0 for the exact path. In increments, the estimated error in time of the dissipation, over itself: the largest of the differences from what a
         half and a quarter of the increments give (inf where these have no steady state, or there are none), and of the work that is in doubt within
