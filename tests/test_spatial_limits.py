@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from frictopt.contact.parts import joined
 from frictopt.reference import smallest_circle_limit
 from spatial import cycle, random_contact, single, vectors
 from studies.validation.polygons import polygon_limit
@@ -96,6 +97,12 @@ def test_safe_slips_end_at_the_limit_and_its_slip_carries_no_more(seed):
     limit = fo.shakedown_limit(contact, cycle(), 0.5)
     below, above = (fo.safe_slip(contact, cycle(), 0.5, limit.load_factor * factor) for factor in (1 - 1e-6, 1 + 1e-6))
     assert below.exists and not above.exists and below.margin > 0 > above.margin
+    assert fo.safe_slip(contact, cycle(), 0.5, limit.load_factor).exists
+    for corner in cycle().at(limit.load_factor):  # its slip is within all circles but for rounding, where solvers leave 1e-12 and more
+        q1, q2, p = (joined(*contact.reaction(corner)) + contact.S @ joined(limit.slip, np.zeros(6))).reshape(3, 6)
+        assert (np.hypot(q1, q2) - 0.5 * p).max() < 1e-14
+    march = fo.march(contact, cycle(), 0.5, limit.load_factor, cycles=2, initial_slip=limit.slip, steps=2)
+    assert march.cycle_work.sum() < 1e-15
 
 
 def test_limits_that_hang_on_small_multipliers_are_certified():

@@ -14,6 +14,7 @@ from .safe_set import Rows, SafeSet, ruling
 
 _ROWS = {"no_forward_slip": ("forward", 1.0), "no_backward_slip": ("backward", -1.0), "no_opening": ("opening", 0.0)}  # with the sense of the shear
 _INSIDE = ROUNDING  # distance of a corner from the hull of the others, over its size, that counts as none
+_EXCEEDED = ROUNDING / 10  # excess over a circle, in mean normal forces, from which on it counts
 
 
 def safe_set(task: LimitQuestion, design: DesignLoads | None = None) -> SafeSet:
@@ -168,6 +169,25 @@ class Circles(SafeSet):
         force = np.maximum(force, np.linalg.norm(slips, axis=-1))
         moves = np.dstack([slips, task.friction * force + opening]).transpose(0, 2, 1) / unit
         return Mechanism(moves, task.friction, *self.held()), force / unit
+
+    @property
+    def solved_load_factor(self) -> float:
+        """The load factor of the solution, >= 0, moved to where its slip is within all circles: solvers obey them only up to their tolerance.
+
+        Circles are exceeded from rounding on: where a node carries nothing, what it can carry is lost in it.
+        """
+        task, value, slip = self.task, float(self.load_factor.value) * self.task.load_unit, self.solved_slip
+        (r, r1), sense = (task.states(value, slip)[1], task.r1), 1.0 if isinstance(self.problem.objective, cp.Maximize) else -1.0
+        size = np.linalg.norm(r[:, :2], axis=1)
+        along = (r[:, :2] * r1[:, :2]).sum(axis=1) / np.where(size > 0, size, 1.0)
+        rows = [((size - task.friction * r[:, 2]) / task.force, (along - task.friction * r1[:, 2]) / task.force)]  # excess, and what load adds to it
+        if task.opening:
+            rows.append((-r[:, 2] / task.force, -r1[:, 2] / task.force))
+        if task.lift is not None:
+            rows.append((-task.gaps(value, slip) / task.clearance, -task.w1 / task.clearance))
+        excess, rise = (np.concatenate([np.ravel(part) for part in parts]) for parts in zip(*rows, strict=True))
+        beyond = (excess > _EXCEEDED) & (sense * rise > 0)
+        return max(0.0, value - sense * float((excess[beyond] / np.abs(rise[beyond])).max(initial=0.0)))
 
 
 def _outer_corners(cycle: LoadCycle) -> list[int]:
