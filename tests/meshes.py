@@ -135,7 +135,7 @@ def column(**options):
 
 def matrices_of(model):
     """What `condense` is given for a model whose faces match: each pair has the nodes of both bodies."""
-    parts, opening = model._parts, model._parts.interface.opening.tocsr()
+    parts, opening = model._parts, model._parts.interface.opening.sorted_indices()
     others = [int(row.indices[row.data < 0][0]) for row in opening]
     return {
         "K": parts.stiffness,

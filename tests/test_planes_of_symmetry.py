@@ -80,27 +80,68 @@ def test_a_pair_that_is_moved_apart_is_no_plane_of_symmetry():
     assert system.bonded["both"][0][0] == 0.0
 
 
-@pytest.mark.parametrize(("kind", "cells"), [(MeshQuad, 6), (MeshQuad, 5), (MeshHex, 6)])
-def test_half_of_a_round_body_above_a_flat_one_is_pressed_and_sheared_as_a_half_of_it(kind, cells):
-    """Its lowest facet leans, and by its gap the place of the node on the plane of symmetry is off the plane by some 1e-6 of an edge."""
-    d, found = kind().dim(), []
-    for ends in ((0.0, 1.0), (-1.0, 1.0)):
-        bodies, half = {}, ends[0] == 0
-        for name, low, n in (("upper", 0.0, 6), ("lower", -1.0, cells)):
-            across = [np.linspace(*ends, (1 if half else 2) * n + 1), *[[0.0, 0.4]] * (d - 2)]
-            mesh = box(kind, *across, [low, low + 0.5, low + 1])
-            if name == "upper":
-                mesh = kind(mesh.p + np.eye(d)[:, [-1]] * (2e-3 + 4e-3 * mesh.p[0] ** 2) * (1 - mesh.p[-1]), mesh.t).with_boundaries(mesh.boundaries)
-            bodies[name] = fo.Body(mesh)
-        up = "xyz"[d - 1]
-        supports = [fo.Support(name, up + side, "xyz"[1:d]) for name, side in (("upper", "+"), ("lower", "-"))]
-        for name, height in (("upper", 1.0), ("lower", -1.0)):
-            supports += [fo.Support(name, "x-", "x")] if half else [fo.Support(name, (0.0, *[0.0] * (d - 2), height), "x")]
-        pulls = [fo.Pressure("lower", side, -1.0) for side in (["x+"] if half else ["x+", "x-"])]
-        loads = {"P": [fo.Displacement("upper", up + "+", **{up: -1.0})], "Q": pulls}
-        system = fo.ContactModel(bodies, supports, loads, [fo.Contact("upper", "lower", gap="measured")]).condense()
+def beside(kind, cells, half, lean):
+    """A body of 6 elements above one of `cells`, or the half of both at x > 0; the lower face of the upper one is flat, or leans by its gap."""
+    d, ends, bodies = kind().dim(), (0.0 if half else -1.0, 1.0), {}
+    for name, low, n in (("upper", 0.0, 6), ("lower", -1.0, cells)):
+        across = [np.linspace(*ends, (1 if half else 2) * n + 1), *[[0.0, 0.4]] * (d - 2)]
+        mesh = box(kind, *across, [low, low + 0.5, low + 1])
+        if name == "upper":
+            mesh = kind(mesh.p + np.eye(d)[:, [-1]] * lean * (0.5 + mesh.p[0] ** 2) * (1 - mesh.p[-1]), mesh.t).with_boundaries(mesh.boundaries)
+        bodies[name] = fo.Body(mesh)
+    up = "xyz"[d - 1]
+    supports = [fo.Support(name, up + side, "xyz"[1:d]) for name, side in (("upper", "+"), ("lower", "-"))]
+    for name, height in (("upper", 1.0), ("lower", -1.0)):
+        supports += [fo.Support(name, "x-", "x")] if half else [fo.Support(name, (0.0, *[0.0] * (d - 2), height), "x")]
+    pulls = [fo.Pressure("lower", side, -1.0) for side in (["x+"] if half else ["x+", "x-"])]
+    loads = {"P": [fo.Displacement("upper", up + "+", **{up: -1.0})], "Q": pulls}
+    return fo.ContactModel(bodies, supports, loads, [fo.Contact("upper", "lower", gap="measured" if lean else None)])
+
+
+@pytest.mark.parametrize("lean", [0.0, 4e-3])
+@pytest.mark.parametrize("cells", [4, 5, 6, 9])
+@pytest.mark.parametrize("kind", [MeshQuad, MeshHex])
+def test_half_of_unlike_meshes_is_pressed_and_sheared_as_a_half_of_the_whole(kind, cells, lean):
+    """Mortar weights join a node on the plane of symmetry to others beside it, by what the mirror images of these take away."""
+    found = []
+    for half in (True, False):
+        system = beside(kind, cells, half, lean).condense()
         right = system.points[:, 0] > 1e-9
         order = np.flatnonzero(right)[np.lexsort(system.points[right].T)]
-        found.append([np.column_stack([np.reshape(q, (len(right), -1)), p])[order] for q, p in system.bonded.values()])
+        found.append([np.column_stack([np.reshape(q, (system.nodes, -1)), p])[order] for q, p in system.bonded.values()])
+        assert not half or all(np.abs(q.reshape(system.nodes, -1)[~right, 0]).max() == 0 for q, _ in system.bonded.values())
     for half, whole in zip(*found, strict=True):
-        assert np.abs(half - whole).max() < 1e-4 * np.abs(whole).max()
+        assert np.abs(half - whole).max() < 1e-12 * np.abs(whole).max()
+
+
+def test_the_other_end_of_an_element_on_a_plane_of_symmetry_may_be_held():
+    """All nodes of body 2 are beside the plane for the pair on it, and follow in the pair at the other end, whose node of body 1 is held upright."""
+    found = []
+    for half in (True, False):
+        model = beside(MeshQuad, 1, half, 0.0)
+        ends = [fo.Support("lower", side, "y") for side in (["x+"] if half else ["x+", "x-"])]
+        swapped = [fo.Contact("lower", "upper")]
+        system = fo.ContactModel(model.bodies, [*model.supports, *ends], model.loads, swapped).condense()
+        (i,) = np.flatnonzero(system.points[:, 0] > 1e-9)
+        found.append([value[i] for pair in system.bonded.values() for value in pair])
+    assert np.allclose(*found, rtol=1e-12, atol=0)
+
+
+def test_a_plane_of_symmetry_of_unlike_meshes_moves_with_both_bodies_or_not_at_all():
+    model = beside(MeshHex, 9, True, 4e-3)
+    one, two = (fo.Displacement(body, "x-", x=0.1) for body in ("upper", "lower"))
+    with pytest.raises(fo.ModelError, match=r"loads\['apart'\]: a displacement moves both bodies at \(0, 0, 0.002\)"):
+        fo.ContactModel(model.bodies, model.supports, {"apart": [one]}, model.contacts)
+    system = fo.ContactModel(model.bodies, model.supports, {"both": [one, two]}, model.contacts).condense()
+    q, p = system.bonded["both"]
+    assert max(np.abs(q).max(), np.abs(p).max()) < 1e-10 * np.abs(system.S).max()
+
+
+def test_nodes_beside_one_that_is_held_on_both_bodies_are_on_no_plane_of_symmetry():
+    """Its body goes on behind it: what the other nodes of the pair add is no mirror image."""
+    model = beside(MeshQuad, 9, False, 0.0)
+    held = [fo.Support(body, (0.0, 0.0), "x") for body in model.bodies]
+    loads = {"one side": [fo.Pressure("lower", "x+", -1.0)]}
+    system = fo.ContactModel(model.bodies, [*model.supports[:2], *held], loads, model.contacts).condense()
+    q, _ = system.bonded["one side"]
+    assert np.abs(q[np.isclose(system.points[:, 0], 0.0)]).min() > 1e-2 * np.abs(q).max()

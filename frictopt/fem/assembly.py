@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import block_diag, csr_matrix, diags, identity, vstack
 
 from ..contact.checks import Array, Integers, place, shown
-from ..contact.tolerances import SAME_POINT
+from ..contact.tolerances import ROUNDING, SAME_POINT
 from ..errors import ModelError
 from .bodies import Body, Support
 from .bolts import BoltPreload, Cut, cut_bodies, released
@@ -17,7 +17,7 @@ from .corners import shares
 from .elasticity import Kinematics, body_stiffness, values_at
 from .elements import midside_ties
 from .given import same_point
-from .interface import Interface, frames_of, guided, on_planes, openings
+from .interface import Interface, frames_of, guided, openings
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
 from .rigid import assemblies, node_graph
 
@@ -162,9 +162,9 @@ class Assembly:
         lie = np.linalg.norm(self.points[links.col] - self.points[ones[links.row]], axis=1) <= near
         others[links.row[lie]] = links.col[lie]
         kept, means = shares(contacts, number, ones, others, self.points[ones], widths, near)
-        opening = on_planes(csr_matrix(means @ openings(ones, projection)), self.free_rows, self.points)
-        normals, stopped = guided(opening, self.free_rows, normals[kept])
-        self.interface = Interface(ones[kept], opening, frames_of(normals), stopped)
+        opening = csr_matrix(means @ openings(ones, projection))
+        normals, able = guided(ones[kept], opening, self.free_rows, normals[kept], self.points, near)
+        self.interface = Interface(ones[kept], opening, frames_of(normals), able)
         self.sides = identity(len(self.points), format="csr")[ones[kept]], projection[kept]
         self.contact, self.gap, self.width = number[kept], np.asarray(means @ gap), np.asarray((means > 0) @ widths)
 
@@ -213,13 +213,15 @@ class Assembly:
                 forces[first : first + body.mesh.p.size] += part._forces(body, self.kinematics).ravel()
         if moved.any():
             following, _, Q = self.interface.followers
-            rows, follow = self.rows[following], Q @ moved[self.rows]
-            if (off := given[rows] & (moved[rows] != follow)).any():
+            rows, held = self.rows[following], self.free_rows < 0
+            follow, whole = Q @ moved[self.rows], Q @ held
+            differs = np.abs(moved[rows] * whole - follow) > ROUNDING * np.abs(moved).max()  # on a plane of symmetry from the nodes on it
+            if (off := given[rows] & differs).any():
                 i = int(off.any(axis=1).argmax())
                 raise ModelError(
                     f"{argument}: a displacement moves both bodies at {place(self.points[following[i]])}, in different ways; give one to both"
                 )
-            moved[rows] = follow
+            moved[rows] = np.where(given[rows], moved[rows], follow)
         return self.tied.T @ forces, moved, np.array(list(amounts.values()))[self.contact]
 
     def _move(self, argument: str, part: Displacement, moved: Array, given: Array) -> None:

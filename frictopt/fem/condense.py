@@ -64,7 +64,7 @@ def condense(
         (nodes, d) coordinates, length; d = 2 in the plane, 3 in space.
     held
         Rows of K whose displacements are zero. A pair both nodes of which are held along an axis, on a plane of symmetry, does not slip along it, and
-        has its normal in that plane.
+        has its normal in that plane; so does one of nodes that do not match if the others of its pair lie on one side of the plane.
     generalised
         Rows of K that are no displacement of a node: rotations, and modal and other generalised coordinates of a reduced model. They are free, and
         eliminated with the nodes; their loads count.
@@ -127,14 +127,14 @@ def condense(
     n, x = len(nodes), where[nodes]
     names = checked_contact("contact", ["contact"] * n if contact is None else contact, n).tolist()
     opening = openings(nodes, P)
-    directions, stopped = guided(opening, rows, checked_normals(normals, x.shape))
+    directions, able = guided(nodes, opening, rows, checked_normals(normals, x.shape), where, same_point(where))
     frames = frames_of(directions)
     apart = checked_gap(gap, x, x - P @ where, frames[:, -1], same_point(where))
     F = {name: finite_array(f"loads[{name!r}]", force, K.shape[:1]) for name, force in checked_cases("loads", loads, "nodal forces").items()}
     if d == 2:
         check_course(x, frames, names)
         width = half_widths(x, names) if width is None else width
-    interface, graph = Interface(nodes, opening, frames, stopped), node_graph(K, rows, others)
+    interface, graph = Interface(nodes, opening, frames, able), node_graph(K, rows, others)
     check_forgotten(graph, interface, rows, where)
     check_sides(K, rows, graph, interface, where)
     _, body = connected_components(graph, directed=False)

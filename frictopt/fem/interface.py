@@ -10,14 +10,13 @@ from scipy.sparse import csc_matrix, csr_matrix, diags, hstack, identity, kron
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import inv
 
-from ..contact.checks import Array, Integers, place
+from ..contact.checks import Array, Booleans, Integers, place
 from ..contact.parts import runs
 from ..contact.tolerances import CONDENSATION, SAME_POINT
 from ..errors import ModelError
 
 _ASIDE = 1e3 * CONDENSATION  # share of its distance by which a node may be aside, and of its stiffness by which it may be pulled: rounding
 _ONE, _ALL = 8, 0.75  # nodes of one element, which are all joined; share of all nodes that are joined in models that are reduced
-_LITTLE = 1e-2  # most that a node on a plane of symmetry has from nodes off it for facets that lean there: gap over diameter
 _LIES = 0.5  # least share of a normal in a plane of symmetry: it may lean by half the angle of an edge beside it
 _ALONG = 0.9  # share of x in a normal from which on the first tangent is taken from y
 
@@ -36,14 +35,14 @@ class Interface:
         (N, all nodes) matrix M; its rows add up to 0.
     frames
         (N, d, d) orthonormal directions: `frames[i, r]` is direction r at pair i, the tangents first, the normal last.
-    held
-        Nodes that supports keep from following others.
+    able
+        (N, all nodes) entries of M at the nodes that may follow the others of their pair, see `guided`.
     """
 
     nodes: Integers
     opening: csr_matrix
     frames: Array
-    held: Integers
+    able: csr_matrix
 
     @property
     def kept(self) -> int:
@@ -54,7 +53,7 @@ class Interface:
     def followers(self) -> tuple[Integers, csr_matrix, csr_matrix]:
         """(N,) nodes that follow all others, W (N, N) and Q (N, all nodes): they move by `W Z + Q u`, with the relative motions `Z = M u` in space.
 
-        That of a pair is its node of body 1; where it belongs to more pairs, or is held, others that can follow do.
+        That of a pair is its node of body 1; where it belongs to more pairs, or may not follow, others do.
 
         Raises
         ------
@@ -63,7 +62,7 @@ class Interface:
         """
         M = self.opening
         uses = np.bincount(M.indices, minlength=M.shape[1])
-        shared = np.flatnonzero((uses[self.nodes] != 1) | np.isin(self.nodes, self.held))
+        shared = np.flatnonzero((uses[self.nodes] != 1) | ~np.isin(self.nodes, self.able.indices))
         following = self.nodes.copy()
         following[shared] = self._independent(shared)
         own = csc_matrix(M[:, following])
@@ -75,19 +74,18 @@ class Interface:
         return following, W, Q
 
     def _independent(self, rows: Integers) -> Integers:
-        """Nodes that are not held and can follow in some pairs, one for each pair."""
+        """Nodes that can follow in some pairs, one for each pair."""
         if not len(rows):
             return rows
-        columns = np.setdiff1d(self.opening[rows].indices, self.held)
-        part = self.opening[rows][:, columns].toarray()
+        columns = np.unique(self.able[rows].indices)
+        part = self.able[rows][:, columns].toarray()
         sizes = np.abs(np.diag(qr(part.T, mode="r")[0])) if len(columns) else np.zeros(0)
         stuck = np.r_[sizes <= SAME_POINT, np.full(len(rows) - len(sizes), True)]
         if stuck.any():
             i = int(rows[stuck.argmax()])
             raise ModelError(
                 f"pairs: the relative motion of pair {i}, of node {self.nodes[i]} of body 1, follows from those of other pairs or from supports; "
-                "leave it out if its nodes are in other pairs, else hold the bodies elsewhere; on a plane of symmetry, or on the axis of "
-                "axisymmetric bodies, let the nodes of both match"
+                "leave it out if its nodes are in other pairs, else hold the bodies elsewhere; on a plane of symmetry hold both across it"
             )
         return np.asarray(columns[qr(part, mode="r", pivoting=True)[1][: len(rows)]])
 
@@ -132,7 +130,8 @@ class Interface:
 
     def relative(self, u: csr_matrix, unknowns: Integers) -> Array:
         """(d N, k) relative motions, direction by direction, of displacements u (size, k)."""
-        apart = kron(self.opening, identity(unknowns.shape[1])) @ (_rows(unknowns, u.shape[0]) @ u)
+        moves = (unknowns[self.followers[0]] >= 0).astype(float)  # no pair moves across a plane of symmetry
+        apart = diags(moves.ravel()) @ kron(self.opening, identity(unknowns.shape[1])) @ (_rows(unknowns, u.shape[0]) @ u)
         return np.asarray((self._turned.T @ apart).toarray())
 
     def glued_graph(self, graph: csr_matrix) -> csr_matrix:
@@ -172,39 +171,28 @@ def frames_of(normals: Array) -> Array:
     return np.stack([first, np.cross(n, first), n], axis=1)
 
 
-def on_planes(opening: csr_matrix, unknowns: Integers, points: Array) -> csr_matrix:
-    """The relative motions `sum_j M_ij u_j`, on planes of symmetry without the little that they have from nodes off the plane.
+def guided(nodes: Integers, opening: csr_matrix, unknowns: Integers, normals: Array, points: Array, near: float) -> tuple[Array, csr_matrix]:
+    """(N, d) normals of the pairs `sum_j M_ij u_j` of nodes of bodies 1, and the entries of M at nodes that may follow the others of their pair.
 
-    Where a facet leans and does not touch, the place of a node on the plane is off it, by the gap times the lean, and the pair would hardly move
-    with the next node off the plane: a pair that is stuck would hold that node by a force that is as many times larger.
+    A pair cannot slip along an axis in which supports hold all its nodes, or hold those of both bodies on a plane of symmetry, or on the axis of
+    axisymmetric bodies, where the others lie on one side: what these would add is taken away by their mirror images. Its normal, of facets on one
+    side alone, lies in the plane. A node may follow that is held where its pair cannot slip, and nowhere else in any of its pairs: then no other
+    node depends on what it does along the axes in which it is held.
     """
-    M, n, place = csr_matrix(opening), opening.shape[0], opening @ points
-    row, off = np.repeat(np.arange(n), np.diff(M.indptr)), np.full(M.nnz, False)
-    for held, aside in zip((unknowns < 0).T, place.T, strict=True):
-        loose = ~held[M.indices]
-        share = np.bincount(row, loose * np.abs(M.data), minlength=n)
-        off |= loose & ((share <= _LITTLE) & (np.abs(aside) > SAME_POINT * share * np.ptp(points)))[row]
-    kept = csr_matrix((np.where(off, 0.0, M.data), M.indices, M.indptr), shape=M.shape)
-    own, other = kept.maximum(0.0), kept.minimum(0.0)
-    scale = np.asarray(own.sum(axis=1)).ravel() / -np.asarray(other.sum(axis=1)).ravel()
-    changed = np.bincount(row, off, minlength=n) > 0
-    found = csr_matrix(own + diags(np.where(changed, scale, 1.0)) @ other)
-    found.eliminate_zeros()
-    return found
+    links, held = opening.tocoo(), unknowns < 0
+    aside, fixed = points[links.col] - points[nodes[links.row]], held[links.col]
+    on = fixed & (np.abs(aside) <= near)
 
+    def some(found: Booleans) -> Booleans:
+        return np.column_stack([np.bincount(links.row, column, minlength=len(nodes)) > 0 for column in found.T])
 
-def guided(opening: csr_matrix, unknowns: Integers, normals: Array) -> tuple[Array, Integers]:
-    """(N, d) normals of the pairs `sum_j M_ij u_j`, and the nodes that supports keep from following others.
-
-    On a plane of symmetry, and on the axis of axisymmetric bodies, supports hold all nodes of a pair along one axis: it cannot slip across the plane.
-    Its normal, of facets on one side alone, lies in the plane, and its nodes may follow others as they do elsewhere, unless they are held in it too.
-    """
-    held, pattern = unknowns < 0, opening != 0
-    across = pattern @ held.astype(np.intp) == np.diff(opening.indptr)[:, None]
+    astride = some(~on & (aside <= near)) & some(~on & (aside >= -near))
+    across = ~some(~fixed) | (~astride & some(on & (links.data < 0)[:, None]))
     within = np.where(across, 0.0, normals)
     across &= (np.linalg.norm(within, axis=1) > _LIES * np.linalg.norm(normals, axis=1))[:, None]
-    stopped = held & (pattern.T @ (~across).astype(np.intp) > 0)
-    return np.where(across, 0.0, normals), np.flatnonzero(stopped.any(axis=1))
+    slips = ~across[links.row]
+    follows = (fixed != slips).all(axis=1) & ~np.isin(links.col, links.col[(fixed & slips).any(axis=1)])
+    return np.where(across, 0.0, normals), csr_matrix((links.data[follows], (links.row[follows], links.col[follows])), shape=opening.shape)
 
 
 def check_course(points: Array, frames: Array, names: Sequence[str]) -> None:
