@@ -163,11 +163,6 @@ class Transient(ABC):
         self.legs = [(corner, f"the segment to the corner ({name})") for corner, name in zip(self.corners, cycle.corner_names, strict=True)]
         begun = [(self.mean, "the segment from the initial slip to the mean load")]
         self.begun = begun if self.visited < 0 else self.legs[self.visited :] if self.visited > 0 else []
-        self._begin()
-
-    @abstractmethod
-    def _begin(self) -> None:
-        """Set the state that the transient begins at, and what follows it."""
 
     @abstractmethod
     def follow_to(self, bonded: Array, where: str) -> Sequence[Any] | None:

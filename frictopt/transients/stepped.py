@@ -54,8 +54,6 @@ class SteppedPath(Transient):
         self.engine, self.steps = engine, whole_number("steps", _STEPS if steps is None else steps, least=1)
         self.coarser = sorted({max(1, self.steps // 2), max(1, self.steps // 4)} - {self.steps}, reverse=True)
         super().__init__(*asked)
-
-    def _begin(self) -> None:
         from . import increments  # here, because the exact path does not need cvxpy
 
         system = self.system
@@ -146,35 +144,29 @@ def doubts(system: ContactSystem, friction: Array, u: Array, r: Array) -> Doubts
     there. `change` is the change of the bound along the way. Both are zero where a node slides all the time, or its bound stays: there the increment
     is exact. `missed` is the work of a node before it opens, and `late` the slip between where a node sticks that was open, and where it came down:
     increments count neither. They all see events that lie so close to a corner that no number of increments parts them.
+
+    All else is taken to drive a node evenly from where it is closed to where it is open, which is exact in the plane for a node that no other one
+    moves.
     """
-    n, each, gap = len(friction), np.arange(len(friction)), u[:, -len(friction) :] + system.gap
-    own = system.S.reshape(-1, n, len(system.S) // n, n)[:, each, :, each]
+    n, gap = len(friction), u[:, -len(friction) :] + system.gap
     dv, r = np.diff(u[:, :-n], axis=0).reshape(len(u) - 1, -1, n), r.reshape(len(r), -1, n)
     closed, q, bound = (r != 0).any(axis=1), r[:, :-1], friction * r[:, -1]  # an open node has no reactions
     way, mean = np.linalg.norm(dv * closed[1:, None], axis=1), (bound[1:] + bound[:-1]) / 2
     lacking = mean * way + ((q[1:] + q[:-1]) / 2 * dv * closed[1:, None]).sum(axis=1)
-    missed, late = np.zeros_like(way), np.zeros_like(way)
-    row, node = np.nonzero(closed[:-1] & ~closed[1:])
-    slip, pressure = up_to_opening(own[node], friction[node], r[row, :, node], dv[row, :, node], gap[row + 1, node])
-    missed[row, node] = friction[node] * pressure / 2 * np.linalg.norm(slip, axis=1)
-    row, node = np.nonzero(~closed[:-1] & closed[1:] & (way == 0))
-    slip, _ = up_to_opening(own[node], friction[node], r[row + 1, :, node], dv[row, :, node], gap[row, node])
-    late[row, node] = np.linalg.norm(slip, axis=1)
-    return Doubts(np.maximum(lacking, 0.0), np.abs(np.diff(bound, axis=0)) * way, missed, late, mean)
 
-
-def up_to_opening(own: Array, friction: Array, r: Array, dv: Array, w: Array) -> tuple[Array, Array]:
-    """Slip (K, t) from closed states of K nodes to where they open, and the pressure (K,) at which it begins.
-
-    The increment leads from reactions r (K, t + 1) by dv (K, t) to open states with gaps w (K,). `own` is the stiffness (K, t + 1, t + 1) of each
-    node against itself. All else is taken to drive a node evenly, which is exact in the plane for a node that no other one moves.
-    """
-    b, p = own[:, :-1, -1], r[:, -1]
-    freed, pushed = np.moveaxis(np.linalg.pinv(own[:, :-1, :-1], hermitian=True) @ np.stack([r[:, :-1], b], axis=2), 2, 0)
+    opens, lands = closed[:-1] & ~closed[1:], ~closed[:-1] & closed[1:] & (way == 0)
+    row, node = np.nonzero(opens | lands)
+    own, f = system.S.reshape(-1, n, len(system.S) // n, n)[:, node, :, node], friction[node]  # stiffness of a node against itself
+    begun, dv, w = r[row + lands[row, node], :, node], dv[row, :, node], gap[row + opens[row, node], node]  # reactions while closed, gap while open
+    b, p = own[:, :-1, -1], begun[:, -1]
+    freed, pushed = np.moveaxis(np.linalg.pinv(own[:, :-1, :-1], hermitian=True) @ np.stack([begun[:, :-1], b], axis=2), 2, 0)
     left, opened = np.maximum(p - (b * freed).sum(axis=1), 0.0), np.maximum(own[:, -1, -1] - (b * pushed).sum(axis=1), 0.0) * w
     share = (left / np.where(left > 0, left + opened, 1.0))[:, None]
-    slip = share * (dv + pushed * w[:, None]) - (1 - share) * freed
-    size = np.linalg.norm(slip, axis=1)[:, None]
-    drive, along = -r - (own @ np.column_stack([dv, w])[..., None])[..., 0], slip / np.where(size > 0, size, 1.0)
-    slack, falls = (friction * part[:, -1] + (part[:, :-1] * along).sum(axis=1) for part in (r, -drive))
-    return slip, np.where(falls > 0, p + drive[:, -1] * slack / np.where(falls > 0, falls, 1.0), p).clip(0.0, p)
+    slip = share * (dv + pushed * w[:, None]) - (1 - share) * freed  # up to where the node opens
+    size = np.linalg.norm(slip, axis=1)
+    drive, along = -begun - (own @ np.column_stack([dv, w])[..., None])[..., 0], slip / np.where(size > 0, size, 1.0)[:, None]
+    slack, falls = (f * part[:, -1] + (part[:, :-1] * along).sum(axis=1) for part in (begun, -drive))
+    pressure = np.where(falls > 0, p + drive[:, -1] * slack / np.where(falls > 0, falls, 1.0), p).clip(0.0, p)  # at which this slip begins
+    missed, late = np.zeros_like(way), np.zeros_like(way)
+    missed[row, node], late[row, node] = f * pressure / 2 * size * opens[row, node], size * lands[row, node]
+    return Doubts(np.maximum(lacking, 0.0), np.abs(np.diff(bound, axis=0)) * way, missed, late, mean)

@@ -1,6 +1,7 @@
 """The exact path of one transient, from corner to corner of the load cycle."""
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -70,7 +71,8 @@ class ExactPath(Transient):
     (2, -0.5)
     """
 
-    def _begin(self) -> None:
+    def __init__(self, *asked: Any, **named: Any) -> None:
+        super().__init__(*asked, **named)
         checked_plane(self.system, "follow it by march or steady_state, in increments")
         nodes = self.nodes
         self._S, self.unit = self.system.S, np.tile(self.scales.length, 2)
