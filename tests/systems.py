@@ -117,7 +117,8 @@ def linprog_margin(contact, cycle, friction, load_factor, most=None, upper=()):
     stuck = np.column_stack([rows.reshape(-1, n + 1)[:, :-1], np.full(right.size, unit)])
     rows, right = np.vstack([stuck, *(np.append(a, b) for a, b, _ in upper)]), (right - load_factor * rows[..., -1]).ravel()
     slips = [(None, None)] * n if most is None else [(-m, m) for m in np.broadcast_to(most, n)]
-    return -linprog(-np.eye(n + 1)[-1], rows, np.r_[right, [c for *_, c in upper]], bounds=[*slips, (None, 1)]).fun
+    exact = {"primal_feasibility_tolerance": 1e-10}  # 1e-7 hides what small load factors change
+    return -linprog(-np.eye(n + 1)[-1], rows, np.r_[right, [c for *_, c in upper]], bounds=[*slips, (None, 1)], options=exact).fun
 
 
 def on_both_bounds(contact, cycle, friction, **options):

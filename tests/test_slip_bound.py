@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
@@ -49,6 +49,8 @@ def test_the_shakedown_limit_against_a_program_over_raw_slips(tangents, seed, no
 
 
 @settings(max_examples=40)
+@example(seed=787470, nodes=1, f=0.0625, free=True, size=None, factor=1.9, simplify=True)  # nothing resists its only node
+@example(seed=115175, nodes=1, f=0.0625, free=True, size=2.0, factor=1e-9, simplify=False)
 @given(
     seed=st.integers(0, 10**6),
     nodes=st.integers(1, 6),
@@ -76,7 +78,7 @@ def test_safe_slips_have_the_largest_reserve_and_certificates_are_proofs(seed, n
     if not safe.exists:
         table, stress = safe.certificate, np.abs(stress_of(contact, safe.certificate, f))
         work = (table.share * (table.direction * q[table.corner, table.node] + f * p[table.corner, table.node])).sum()
-        assert (stress.max() < 1e-8 * np.abs(contact.A).max() and work < 0) if most is None else work + stress @ most < 0
+        assert (stress.max() <= 1e-8 * np.abs(contact.A).max() and work < 0) if most is None else work + stress @ most < 0
 
 
 def test_without_any_slip_the_limit_is_the_first_onset():
