@@ -16,7 +16,6 @@ import frictopt as fo
 from frictopt.histories import dissipation, run
 from frictopt.histories.starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
 from frictopt.histories.store import Store, merge_stores
-from spatial import cycle, random_contact
 from systems import CYCLE, ONE_NODE, random_system, system
 
 
@@ -97,16 +96,6 @@ def test_a_run_that_fails_is_a_row_with_its_error_and_is_kept(tmp_path):
     assert table.error[0] == ""
     assert re.match(r"NoContinuation: the segment to the corner \(push = \+1\): at 0\.6 of it no rates obey the law; nodes \[0\]", table.error[1])
     assert table.dissipation.isna().tolist() == [False, True] == table.cycles.isna().tolist()
-
-
-def test_rows_in_space_are_those_of_single_calls_also_where_they_fail():
-    """A start beyond what rounding leaves fails; in space work is force times length, so that W E*/P^2 is no number of its own."""
-    solid, loads = replace(random_contact(np.random.default_rng(1), 2), E_star=3.0), cycle(2)
-    slips = np.array([[[0.3, -0.1], [0.0, 0.2]], np.full((2, 2), 1e25)])
-    table = fo.dissipation_study(solid, loads, 0.5, [1.3 * fo.shakedown_limit(solid, loads, 0.5).load_factor], slips)
-    single = fo.steady_state(solid, loads, 0.5, table.load_factor[0], initial_slip=slips[0])
-    assert table.outcome.tolist() == [single.outcome.name, "FAILED"] and table.dissipation[0] == single.dissipation > 0
-    assert table.engine.tolist() == [single.engine] * 2 and table.dissipation_scaled.isna().all()
 
 
 def test_a_safe_slip_that_no_solver_finds_is_a_row_and_the_others_go_on(contact, factors, monkeypatch):

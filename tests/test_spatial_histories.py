@@ -161,3 +161,13 @@ def test_the_least_slip_is_that_of_the_plane():
     named = [f"g{way} at {name}" for name in CYCLE.corner_names for way in (1, 2)]
     assert table.columns.tolist() == [*"node x y z weight alone".split(), *named]
     assert table["alone"].to_numpy() == pytest.approx(plane.to_frame()["alone"].to_numpy(), rel=1e-6)
+
+
+def test_rows_in_space_are_those_of_single_calls_also_where_they_fail():
+    """A start beyond what rounding leaves fails; in space work is force times length, so that W E*/P^2 is no number of its own."""
+    solid, loads = replace(random_contact(np.random.default_rng(1), 2), E_star=3.0), cycle(2)
+    slips = np.array([[[0.3, -0.1], [0.0, 0.2]], np.full((2, 2), 1e25)])
+    table = fo.dissipation_study(solid, loads, 0.5, [1.3 * fo.shakedown_limit(solid, loads, 0.5).load_factor], slips)
+    single = fo.steady_state(solid, loads, 0.5, table.load_factor[0], initial_slip=slips[0])
+    assert table.outcome.tolist() == [single.outcome.name, "FAILED"] and table.dissipation[0] == single.dissipation > 0
+    assert table.engine.tolist() == [single.engine] * 2 and table.dissipation_scaled.isna().all()
