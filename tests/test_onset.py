@@ -175,3 +175,28 @@ def test_a_picture_and_the_reason_tell_the_settled_mean_load():
     assert "with 1 nodes open" in found.reason and "touch" in repr(found)
     free = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.zeros((2, 2)), [0, 1], pair.bonded)  # nothing holds the open node
     assert fo.onset(free, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), 0.5).state is None
+
+
+@pytest.mark.parametrize(
+    ("q0", "p0", "q1", "p1", "first"),
+    [
+        (0.2, 2.0, 0.5, -2.0, 0.8 / 1.5),  # the bound, p / 2, shrinks faster than the shear grows
+        (0.0, 2.0, 0.5, 0.0, 2.0),
+        (0.5, 2.0, -0.5, 0.4, 5.0),
+        (0.5, 2.0, 0.3, 0.6, np.inf),
+        (1.0, 2.0, 0.5, -1.0, 0.0),
+        (0.0, 4.0, 0.0, -8.0, 0.5),
+        (0.0, 0.0, 0.3, -1.0, 0.0),  # without pressure: pulled off, and sheared less than by its bound, or more
+        (0.0, 0.0, 0.8, -1.0, 0.0),
+        (0.0, 0.0, 0.3, 0.4, 0.0),
+        (0.0, 0.0, 0.3, 1.0, np.inf),
+    ],
+)
+def test_a_node_slips_first_where_its_shear_leaves_its_bound_in_the_plane_and_in_any_direction_in_space(q0, p0, q1, p1, first):
+    """Beside a node that holds more."""
+    turn = np.array([0.6, 0.8])
+    shears, presses = {"mean": np.array([q0, 0.0]), "cyclic": np.array([q1, 0.0])}, {"mean": np.array([p0, 1.0]), "cyclic": np.array([p1, 0.0])}
+    plane = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0, 1], {name: (shears[name], presses[name]) for name in shears})
+    solid = fo.ContactSystem(np.eye(6), np.eye(3)[:2], {name: np.r_[turn[0] * q, turn[1] * q, presses[name]] for name, q in shears.items()})
+    for contact in (plane, solid):
+        assert fo.onset(contact, ONE_WAY, 0.5).slip.load_factor == pytest.approx(first, abs=1e-12)

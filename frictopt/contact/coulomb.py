@@ -181,7 +181,8 @@ def reach(q0: Array, g0: Array, q1: Array, g1: Array) -> Array:
     a, b, c = (q1**2).sum(axis=-1) - g1**2, (q0 * q1).sum(axis=-1) - g0 * g1, g0**2 - (q0**2).sum(axis=-1)  # a lam^2 + 2 b lam <= c
     root = np.sqrt(np.maximum(b**2 + a * c, 0.0))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        last = np.where(b > 0, c / (b + root), np.where(a > 0, (root - b) / a, np.inf))  # each without cancellation
+        apex = np.where(g1 < 0, g0 / -g1, np.inf)  # where the way is along the cone, or begins at its apex
+        last = np.where(b > 0, c / (b + root), np.where(a > 0, (root - b) / a, apex))  # each without cancellation
     return np.where(g1 >= np.linalg.norm(q1, axis=-1), np.inf, last)
 
 
