@@ -167,13 +167,28 @@ def test_no_answer_changes_by_the_points_left_out():
         (pd.DataFrame([[1.0, 2.0]], columns=["a", "a"]), {}, "the column 'a' stands twice"),
         (pd.DataFrame([[1.0]]), {}, "history: load case name 0"),
         (pd.DataFrame({"time": [0.0], "a": [1.0], "b": [2.0]}).set_index(["time", "a"]), {}, r"2 levels; .* reset_index\(\)"),
-        (pd.DataFrame({"a": [1.0, 2.0]}, index=pd.to_datetime([1, 0])), {}, r"history\['time'\]: the time decreases"),
+        (pd.DataFrame({"a": [1.0, 2.0]}, index=pd.to_datetime([1, 0])), {}, r"history\.index: the time decreases"),
+        (pd.DataFrame({"a": [1.0, 2.0]}, index=pd.Index(["0:10", "0:20"], name="time")), {}, "'0:10' is neither .*pandas.to_datetime"),
         (pd.DataFrame({"a": [1.0, 2.0]}), {"tolerance": -0.1}, "tolerance: -0.1"),
     ],
 )
 def test_bad_histories_are_refused(history, options, message):
     with pytest.raises(fo.ModelError, match=message):
         fo.LoadCycle.from_history(history, **options)
+
+
+@pytest.mark.parametrize("time", [np.nan, np.inf, True, pd.NaT, "0:10", np.timedelta64("NaT")])
+def test_times_are_finite_numbers_or_dates(time):
+    for corners in (1, 2):
+        with pytest.raises(fo.ModelError, match="times: "):
+            fo.LoadCycle({}, [{"P": 1.0}] * corners, times=[0.0, time])
+    assert fo.LoadCycle({}, [{"P": 1.0}], times=np.array([0, 1500], "m8[ms]")).times == (0.0, 1.5)
+
+
+@pytest.mark.parametrize(("clock", "options"), [("time", {}), ("t", {"time": "t"})])
+def test_an_index_of_several_levels_beside_a_column_of_the_time_is_no_time(clock, options):
+    history = pd.DataFrame({"machine": [7, 7], "run": [1, 2], clock: [0.5, 2.0], "a": [1.0, 2.0]}).set_index(["machine", "run"])
+    assert fo.LoadCycle.from_history(history, **options).times == (0.5, 2.0)
 
 
 def test_vertices_are_all_sums_and_neighbours_differ_in_one_load():

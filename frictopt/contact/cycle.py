@@ -8,14 +8,17 @@ from functools import cached_property
 from numbers import Real
 from typing import Self
 
+import numpy as np
+
 from ..errors import ModelError
-from .checks import Array, checked_loads, listed, shown
+from .checks import Array, checked_loads, finite_number, listed, shown
 from .history import history_corners, independent_corners
 from .parts import parted
 from .result import Plotted, Table
 from .system import ContactSystem, checked_system, reactions
 from .tolerances import ROUNDING
 
+_SECOND = np.timedelta64(1, "s")
 _SHOWN = 4  # corners in the text of a load cycle: those of two independent loads
 
 
@@ -76,12 +79,14 @@ class LoadCycle(Plotted):
             raise ModelError(f"fixed: {len(fixed)} loads for {len(self.corners)} corners; give one for each, {{}} where there is none")
         object.__setattr__(self, "fixed", fixed if fixed and any(fixed) else None)
         given = None if self.times is None else listed("times", self.times)
-        times = None if given is None else tuple(time.total_seconds() if isinstance(time, timedelta) else time for time in given)
+        times = None if given is None else tuple(float(time / _SECOND) if isinstance(time, timedelta | np.timedelta64) else time for time in given)
         if times is not None and len(times) - len(self.corners) not in (0, 1):
             raise ModelError(f"times: {len(times)} for {len(self.corners)} corners; give one for each, and one more for the return to the first")
         for time in times or ():
-            if not (isinstance(time, Real) or hasattr(time, "isoformat")):
-                raise ModelError(f"times: {shown(time)} is neither a number nor a date")
+            if isinstance(time, Real):
+                finite_number("times", time)
+            elif not hasattr(time, "isoformat") or time != time:  # a date that is missing differs from itself
+                raise ModelError(f"times: {shown(time)} is neither a number nor a date; give one of these, of texts by pandas.to_datetime")
         object.__setattr__(self, "times", times)
 
     def __hash__(self) -> int:
@@ -153,7 +158,8 @@ class LoadCycle(Plotted):
         Raises
         ------
         ModelError
-            Not a DataFrame, an index of several levels, no rows or load cases, amplitudes that are not finite numbers, a time that decreases.
+            Not a DataFrame, an index of several levels and no column of the time, no rows or load cases, amplitudes that are not finite numbers, a
+            time that decreases.
 
         Examples
         --------

@@ -75,9 +75,10 @@ def history_corners(
         raise ModelError(f"history: a {type(history).__name__}; give a pandas DataFrame, a column for each load case and a row for each time")
     if not history.columns.is_unique:
         raise ModelError(f"history: the column {history.columns[history.columns.duplicated()][0]!r} stands twice; give each load case once")
-    if history.index.nlevels > 1:
+    asked = time is None and not _clock(history.columns)  # the index
+    if asked and history.index.nlevels > 1:
         raise ModelError(f"history: an index of {history.index.nlevels} levels; make columns of the time and of the loads by reset_index()")
-    timed = time is None and not _clock(history.columns) and (history.index.dtype.kind in "mM" or _clock([history.index.name]))
+    timed = asked and (history.index.dtype.kind in "mM" or _clock([history.index.name]))
     table = history.reset_index(names="time") if timed else history
     clock = _time_column(list(table.columns), time)
     cases = [name for name in table.columns if clock is None or name != clock]
@@ -91,7 +92,8 @@ def history_corners(
         except TypeError:  # neither numbers nor dates alone
             ordered = False
         if not ordered:
-            raise ModelError(f"history[{str(clock)!r}]: the time decreases or is missing somewhere; sort the rows by time")
+            where = "history.index" if timed else f"history[{str(clock)!r}]"
+            raise ModelError(f"{where}: the time decreases or is missing somewhere; sort the rows by time")
     loads = np.column_stack([finite_array(f"history[{name!r}]", table[name].to_numpy(), (None,)) for name in cases])
     given = {} if mean is None else dict(checked_loads("mean", mean))
     middle = {name: float(low / 2 + high / 2) for name, low, high in zip(cases, loads.min(axis=0), loads.max(axis=0), strict=True)}
