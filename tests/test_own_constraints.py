@@ -240,7 +240,7 @@ def test_constraints_on_a_contact_with_a_node_without_friction_say_that_nothing_
     pair = fo.ContactSystem(np.eye(6), [[0, 0, 0], [1, 0, 0]], loads)
     model = fo.ShakedownModel(pair, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"Y": 1.0}]))
     small = cp.norm(model.slip, 2, axis=1) <= 0.1
-    with pytest.raises(fo.ModelError, match=r"constraints: whatever they ask, .* node 1 has no friction"):
+    with pytest.raises(fo.ModelError, match=r"constraints, objective: whatever they ask, .* node 1 has no friction"):
         model.solve([0.5, 0.0], [small])
     assert model.solve([0.5, 0.0]).load_factor == 0.0
     limit = model.solve([0.5, 0.3], [small])
@@ -256,5 +256,8 @@ def test_constraints_on_a_contact_that_nothing_presses_say_that_nothing_is_safe(
     model = fo.ShakedownModel(contact, fo.LoadCycle({}, [{"a": 1.0}, {"a": -1.0}]))
     assert model.solve(0.4).load_factor == 0.0
     for own, objective in (([model.slip <= 1e-3], None), ([], model.load_factor - cp.norm1(model.slip[0]))):
-        with pytest.raises(fo.ModelError, match=r"constraints: whatever they ask, .* nothing presses the bodies together"):
+        with pytest.raises(fo.ModelError, match=r"constraints, objective: whatever they ask, .* nothing presses the bodies together"):
             model.solve(0.4, own, objective)
+    for own in (model.load_factor >= 1, model.slip[0, 0] >= 0.1):  # nor at load factor 0: an answer, as in the plane
+        limit = model.solve(0.4, [own])
+        assert limit.kind is fo.LimitKind.NO_SAFE_SLIP and "obeys constraints[0]: drop or relax" in limit.reason

@@ -147,20 +147,26 @@ class ShakedownModel(SafeModel):
         if plane and task.simplify and not under and solver is None and task.lift is None and task.uncoupled and (known := in_closed_form(task)):
             return known
         v = self._program(shakedown_problem, task if under else half_of(task), own, objective)
+        unpressed = not (plane or task.r0.any() or task.w0.any())
         if found := v.helpless():
             known = by_one_node(v, *found, solver)
-        elif not (plane or task.r0.any() or task.w0.any()):
+        elif unpressed and not under:
             known = by_scaling(task, solver)
-        if known and under and known.kind is LimitKind.FINITE:
-            raise ModelError(f"constraints: whatever they ask, {known.reason}; leave them out")
-        if known:
+        if known and not (under and known.kind is LimitKind.FINITE):
             return known
 
         def no_limit_here() -> ShakedownLimit | None:
             claim = (None if under else refuted(v)) or no_limit(task, solver)
             return claim if not under or (claim and claim.kind is LimitKind.NO_SAFE_SLIP) else no_limit_under(v, solver)
 
-        limit = answered(solve(v.problem, lambda: judged_by_rows(v) if under else judged(v), solver, no_optimum=no_limit_here), v)
+        try:
+            limit = known or answered(solve(v.problem, lambda: judged_by_rows(v) if under else judged(v), solver, no_optimum=no_limit_here), v)
+        except SolverError:  # circles that end in their apex leave solvers few digits
+            known = by_scaling(task, solver) if unpressed and under else None
+            if not known:
+                raise
+        if known:
+            raise ModelError(f"constraints, objective: whatever they ask, {known.reason}; leave them out")
         if under:
             v.own.save()
         if limit.kind is not LimitKind.NO_SAFE_SLIP and limit.objective is None:
