@@ -235,8 +235,8 @@ class Assembly:
             unknowns, values = self.rows[nodes, axis], values_at(f"displacement {name}", amount, self.points[nodes].T)
             if np.any(self.free_rows[nodes, axis] != -1):
                 raise ModelError(f"{argument}: {part} moves nodes in {name} that no support holds; hold them by a Support")
-            if self.kinematics == "axisymmetric" and axis == 0 and np.any(values[self.points[nodes, 0] == 0] != 0):
-                raise ModelError(f"{argument}: displacement x moves nodes off the axis, x = 0; give a function of x that is zero there")
+            if self.kinematics == "axisymmetric" and axis == 0 and (off := values[(self.points[nodes, 0] == 0) & (values != 0)]).size:
+                raise ModelError(f"{argument}: {part} moves nodes by {off[0]:g} off the axis, x = 0; give a function of x that is zero there")
             if (other := (given[unknowns] > 0) & (moved[unknowns] != values)).any():
                 at = place(self.points[nodes[other][0]])
                 raise ModelError(f"{argument}: {part} and another displacement move the node at {at} differently in {name}; give one")
