@@ -62,10 +62,9 @@ class Run:
         Extrapolations that failed since the events last changed, and returns until the next one.
     fixed
         In increments a return from the last fixed point that was found.
-    aside
-        Difference of the works of the last two fixed points, over that of a return: later states of the transient may lead to others.
-    slow
-        Sum of all later changes over the last one, where the transient went on from its limit.
+    aside, slow
+        Difference of the works of the last two fixed points, over that of a return: later states of the transient may lead to others. And the sum of
+        all later changes over the last one, where the transient went on from its limit.
     extrapolated
         Whether it did.
     """
