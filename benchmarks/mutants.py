@@ -175,6 +175,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.path.insert(0, str(ROOT))
         from studies.origin import machine
 
+        options.page.mkdir(parents=True, exist_ok=True)
         file, log = options.page / "mutants.md", ["git", "log", "-1", "--format=%h of %cs", "--", "frictopt"]
         code = subprocess.run(log, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
         made = f"Made by `python benchmarks/mutants.py --page docs/tables`, all rooms or one by one, on {machine()}."
