@@ -36,6 +36,7 @@ def on(found, forces):
         ("*EQUATION\n2\nTOP, 2, 1., 2, 2, -1.\n", ["2.2"], {"2.2": 2.0}),  # a set in the first term
         ("*BOUNDARY\n1, 1, 2\n*EQUATION\n3\n3, 2, 1., 1, 2, -1., 2, 2, -0.5\n", ["2.2", "4.2"], {"2.2": 0.5, "4.2": 1.0}),  # a held term
         ("*BOUNDARY\nTOP, 2\n", ["2.2"], {}),
+        ("*BOUNDARY\nTOP, 2, , 0.\n", ["2.2"], {}),
         ("*BOUNDARY\nTOP, YSYMM\n", ["2.2"], {}),
         ("*BOUNDARY\nTOP, ENCASTRE\n", ["2.2"], {}),
         ("*BOUNDARY, OP=NEW\nTOP, 1, 6\n", ["2.2"], {}),

@@ -128,6 +128,30 @@ def test_decks_are_read_as_written(squares):
     assert {name: found.tolist() for name, found in deck.element_sets.items()} == {"FIRST": [1], "SECOND": [7], "ALL": [1, 7]}
 
 
+OTHERWISE = [  # the same, in other ways
+    ("20, 0., 1.D0", "20, , 1.D0"),
+    ("10, 0., 0.\n", "10,,\n"),
+    ("10, 0., 0.\n", "*INCLUDE,\nINPUT=ten.txt\n"),
+    ("10, 0., 0.\n20, 0., 1.D0\n", '*include, input="sub/ten.txt",\n20, 0., 1.D0\n'),
+    ("Left, 30\n40,", '"LEFT", 30\n40,'),
+    ("Left, 30\n40,", "Left, 30\n*NSET, NSET=BOTH, GENERATE\n40, 40"),
+    ("*NSET, NSET=Both\nLeft, 30\n40,", "*NSET, NSET=Both, ELSET=Both\n*ELSET, ELSET=both\nfirst"),
+]
+
+
+@pytest.mark.parametrize(("old", "new"), OTHERWISE)
+def test_decks_that_say_the_same_are_the_same(squares, old, new):
+    assert old in SQUARES
+    (squares / "sub").mkdir()
+    for place in (squares, squares / "sub"):
+        (place / "ten.txt").write_text("** data of the block before\n10, 0., 0.\n")
+    plain = fo.read_calculix(squares / "job").deck
+    (squares / "job.inp").write_text(SQUARES.replace(old, new))
+    deck = fo.read_calculix(squares / "job").deck
+    assert deck.numbers.tolist() == plain.numbers.tolist() and deck.points.tolist() == plain.points.tolist()
+    assert {name: sorted(rows) for name, rows in deck.sets.items()} == {name: sorted(rows) for name, rows in plain.sets.items()}
+
+
 @pytest.mark.parametrize(("old", "new"), [("*node", "*part, name=a\n*node"), ("*node, nset=Left", "*system\n*node, nset=Left, system=r")])
 def test_what_says_nothing_of_the_mesh_is_passed_over(squares, old, new):
     (squares / "job.inp").write_text(SQUARES.replace(old, new))
@@ -148,6 +172,13 @@ DAMAGED = [  # file, text, what stands in its place (None: of the whole file; no
     ("job.inp", "Left, 30", "Both, 30", "'BOTH' names 'BOTH'"),
     ("job.inp", "*HEADING", "*SYSTEM\n1., 0., 0., 1., 1., 0.\n*HEADING", "block \\*SYSTEM .*in the global directions"),
     ("job.inp", "*HEADING", "*TRANSFORM, NSET=LEFT\n0., 1., 0., -1., 0., 0.\n*HEADING", "block \\*TRANSFORM NSET=LEFT .*in the global directions"),
+    ("job.inp", "7, 30, 50, 60, 40", "1, 30, 50, 60, 40", "1 numbers of elements are given twice"),
+    ("job.inp", "*NSET, NSET=Both\nLeft, 30\n40,", "*NSET, NSET=Both, GENERATE\n10, 20\n40, 30, 10", r"it goes from 40 to 30 by 10, which is not up"),
+    ("job.inp", "*NSET, NSET=Both\nLeft, 30\n40,", "*NSET, NSET=Both, GENERATE\n40, 10, -10", r"it goes from 40 to 10 by -10, which is not up"),
+    ("job.inp", "*NSET, NSET=LEFT", "*NSET, NSET=LEFT, ELSET=NONE", "set 'LEFT of nodes' names 'NONE', which is no other set"),
+    ("job.inp", "*NSET, NSET=Both", "*ELGEN, ELSET=first\n1, 2, 20\n*NSET, NSET=Both", r"\*ELGEN ELSET=FIRST makes or moves .* not listed"),
+    ("job.inp", "*NSET, NSET=Both", "*NODE, INPUT=more.nod\n*NSET, NSET=Both", r"\*NODE INPUT=MORE.NOD makes or moves .* not listed"),
+    ("job.inp", "*NSET, NSET=Both", "*INSTANCE, NAME=i, PART=p\n1., 0.\n*NSET, NSET=Both", r"\*INSTANCE NAME=I, PART=P makes or moves"),
     ("job.inp", "TYPE=CPS4R, ELSET=second", "ELSET=second", "block \\*ELEMENT ELSET=SECOND cannot be read"),
     ("job.inp", None, "*HEADING\n", "no nodes"),
     ("more.nod", None, "*INCLUDE, INPUT=more.nod\n", "includes itself"),

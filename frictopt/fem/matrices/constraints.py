@@ -10,7 +10,7 @@ from scipy.sparse import csr_matrix
 from ...contact.checks import Array, Booleans, Integers, whole, whole_array
 from ...contact.tolerances import ROUNDING
 from ...errors import ModelError
-from .text import Block, fields, number
+from .text import Block, entries, fields, number
 
 Terms = list[tuple[int, int, float]]  # what follows, what leads, and the weight: 6 i + k is displacement k of node i, from 3 on its rotation
 
@@ -121,7 +121,7 @@ def constraints_of(found: Sequence[Block], row: Mapping[int, int], sets: Mapping
         try:
             if keyword == "BOUNDARY":
                 for line in lines:
-                    where, *rest = fields(line)
+                    where, *rest = entries(line)
                     axes = _ABAQUS_NAMES[rest[0].upper()] if rest and not rest[0].isdecimal() else _span(rest)
                     held[rows_of(where)[:, None], axes] = True
             elif keyword == "EQUATION" and not options:
@@ -148,7 +148,7 @@ def constraints_of(found: Sequence[Block], row: Mapping[int, int], sets: Mapping
 
 def _span(ends: Sequence[str]) -> list[int]:
     """Axes from the first to the last direction; temperatures and the like are none."""
-    return [direction - 1 for direction in range(int(ends[0]), int(ends[1] if len(ends) > 1 else ends[0]) + 1) if direction <= 6]
+    return [direction - 1 for direction in range(int(ends[0]), int(ends[1] if len(ends) > 1 and ends[1] else ends[0]) + 1) if direction <= 6]
 
 
 def _equations(lines: Sequence[str], rows_of: Callable[[str], Integers]) -> Terms:

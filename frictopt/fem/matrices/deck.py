@@ -15,9 +15,10 @@ from ...contact.checks import Array, Integers, finite_array, frozen, shown, whol
 from ...errors import ModelError
 from .constraints import CONSTRAINING, Constraints, constraints_of
 from .kinds import FACELESS, LINES, PLANE, PLANES, SHAPES, SOLID, SOLIDS, shape_of
-from .text import Block, blocks, elements_of, fields, members_of, number, parameters, thickness
+from .text import Block, blocks, elements_of, entries, fields, members_of, number, parameters, thickness
 
 Solids: TypeAlias = list[tuple[str, list[list[int]]]]  # blocks of elements: their type, and number and nodes of each
+_MAKING = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"}  # nodes and elements that the deck does not list
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -197,31 +198,32 @@ def read_deck(path: Path) -> Deck:
     Raises
     ------
     ModelError
-        The file is missing or is no deck, nodes numbered twice (parts and instances), sets or elements of unknown nodes, coordinates or
-        displacements in directions that are not the global ones.
+        The file is missing or is no deck, nodes or elements that are numbered twice (parts and instances), generated, moved or
+        read from elsewhere, sets or elements of unknown nodes, coordinates or displacements in directions that are not the global ones.
     """
     nodes: dict[int, list[float]] = {}
     members: dict[str, dict[str, list[str]]] = {"NSET": {}, "ELSET": {}, "SURFACE": {}}
     solids: Solids = []
+    within: list[tuple[str, str]] = []
     sections: list[tuple[str, float]] = []
     constraining: list[Block] = []
     faces: dict[str, list[list[str]]] = {}
     for keyword, options, lines in blocks(path):
-        _check_directions(path, keyword, options, lines)
+        _check_listed(path, keyword, options, lines)
         try:
             if keyword == "NODE":
-                _add_nodes(nodes, found := [fields(line) for line in lines])
+                _add_nodes(nodes, found := [entries(line) for line in lines])
             elif keyword == "ELEMENT":
                 found = elements_of(options["TYPE"], lines)
                 solids.append((options["TYPE"], [list(map(int, row)) for row in found]))
             elif keyword in ("NSET", "ELSET"):
                 found = members_of(lines, "GENERATE" in options)
+                within += [(options["NSET"], options["ELSET"])] if keyword == "NSET" and "ELSET" in options else []
             elif keyword == "SURFACE" and options.get("TYPE") == "NODE":
                 found = members_of([line.split(",")[0] for line in lines], False)  # a weight may follow
                 members["SURFACE"][options["NAME"]] = [row[0] for row in found]
             elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT") == "ELEMENT":
-                found = [row for row in map(fields, lines) if re.fullmatch("S[1-6]", row[-1])]
-                faces.setdefault(options["NAME"], []).extend(found)
+                faces.setdefault(options["NAME"], []).extend(row for row in map(fields, lines) if row)
             elif keyword in ("SOLIDSECTION", "NODALTHICKNESS"):
                 sections.append((options["ELSET"], thickness(lines)) if keyword == "SOLIDSECTION" else ("", np.nan))
             elif keyword in CONSTRAINING:
@@ -236,6 +238,13 @@ def read_deck(path: Path) -> Deck:
     if not nodes:
         raise ModelError(f"deck {path.name}: no nodes; give the input deck of the job")
     row = {name: i for i, name in enumerate(nodes)}
+    listed = {number: nodes for _, rows in solids for number, *nodes in rows}
+    if twice := sum(len(rows) for _, rows in solids) - len(listed):
+        raise ModelError(f"deck {path.name}: {twice} numbers of elements are given twice; parts and instances are not supported, write a flat deck")
+    for name, elements in within:
+        members["NSET"][name] += [
+            str(node) for number in _resolved(members["ELSET"], elements, (f"{name} of nodes",)) for node in listed.get(number, [])
+        ]
     sets = {name: _rows(row, _resolved(members["NSET"], name), f"node set {name}") for name in members["NSET"]}
     element_sets = {name: whole(_resolved(members["ELSET"], name)) for name in members["ELSET"]}
     surfaces = {name: _rows(row, _resolved(members["NSET"] | {"": own}, ""), f"surface {name}") for name, own in members["SURFACE"].items()}
@@ -248,24 +257,30 @@ def read_deck(path: Path) -> Deck:
         element_sets=element_sets,
         thicknesses=_of_plane(sections, solids, element_sets),
         constraints=constraints_of(constraining, row, sets | surfaces, points),
-        surfaces={k: tuple((whole(_resolved(members["ELSET"] | {"": row[:1]}, "")), int(row[1][1])) for row in own) for k, own in faces.items()},
+        surfaces={
+            name: tuple((whole(_resolved(members["ELSET"] | {"": row[:1]}, "")), int(row[1][1])) for row in own)
+            for name, own in faces.items()
+            if all(re.fullmatch("S[1-6]", row[-1].upper()) for row in own)  # others are surfaces of shells, or all of the outline
+        },
     )
 
 
-def _check_directions(path: Path, keyword: str, options: Mapping[str, str], lines: Sequence[str]) -> None:
-    """Check that a block gives nodes and displacements in the global directions."""
+def _check_listed(path: Path, keyword: str, options: Mapping[str, str], lines: Sequence[str]) -> None:
+    """Check that a block gives nodes and displacements in the global directions, and all that it makes in the deck itself."""
+    start = f"deck {path.name}: the block *{keyword} {parameters(options)}".rstrip()
     if (keyword in ("SYSTEM", "TRANSFORM") and lines) or (keyword == "NODE" and options.get("SYSTEM", "R") != "R"):
         raise ModelError(
-            f"deck {path.name}: the block *{keyword} {parameters(options)} gives nodes or displacements in directions of their own; "
-            "write coordinates, and the matrix, in the global directions"
+            f"{start} gives nodes or displacements in directions of their own; write coordinates, and the matrix, in the global directions"
         )
+    if keyword in _MAKING or (keyword in ("NODE", "ELEMENT") and "INPUT" in options) or (keyword == "INSTANCE" and lines):
+        raise ModelError(f"{start} makes or moves nodes or elements that are not listed; write a flat deck, all of them where they are")
 
 
 def _add_nodes(nodes: dict[int, list[float]], rows: list[list[str]]) -> None:
     for name, *point in rows:
         if int(name) in nodes:
             raise ValueError(f"node {name} is defined twice; parts and instances are not supported, write a flat deck")
-        nodes[int(name)] = [number(value) for value in point]
+        nodes[int(name)] = [number(value or "0") for value in point]
 
 
 def _resolved(sets: Mapping[str, list[str]], name: str, above: tuple[str, ...] = ()) -> list[int]:

@@ -15,9 +15,9 @@ from .kinds import node_count
 Block: TypeAlias = tuple[str, dict[str, str], list[str]]  # keyword and names of parameters without blanks, data lines
 
 
-def blocks(path: Path, depth: int = 0) -> Iterator[Block]:
+def blocks(path: Path) -> Iterator[Block]:
     """The blocks of a deck and of the files that it includes, in order; all in capitals, but for data lines."""
-    lines = [line for line in map(str.strip, text_of(path, "deck").splitlines()) if line and not line.startswith("**")]
+    lines = list(_lines(path))
     starts = [i for i, line in enumerate(lines) if line.startswith("*")]
     for start, end in zip(starts, [*starts[1:], len(lines)], strict=True):
         head, first = lines[start][1:], start + 1
@@ -26,10 +26,19 @@ def blocks(path: Path, depth: int = 0) -> Iterator[Block]:
         keyword, *rest = (part.strip() for part in head.split(","))
         pairs = [(_joined(name), value.strip().strip('"')) for name, _, value in (part.partition("=") for part in rest if part)]
         yield _joined(keyword), {name: value.upper() for name, value in pairs}, lines[first:end]
-        if _joined(keyword) == "INCLUDE":
-            if depth > 20:
-                raise ModelError(f"deck {path.name}: it includes itself; take the *INCLUDE out")
-            yield from blocks(path.parent / dict(pairs).get("INPUT", ""), depth + 1)
+
+
+def _lines(path: Path, depth: int = 0) -> Iterator[str]:
+    """The lines of a deck that are no comments, those of a file that it includes in the place of *INCLUDE: it may go on with the block before."""
+    if depth > 20:
+        raise ModelError(f"deck {path.name}: it includes itself; take the *INCLUDE out")
+    lines = (line for line in map(str.strip, text_of(path, "deck").splitlines()) if line and not line.startswith("**"))
+    for line in lines:
+        if _joined(line.split(",")[0]) == "*INCLUDE":
+            file = (line if "=" in line else next(lines, "")).partition("=")[2]
+            yield from _lines(path.parent / file.strip(' ,"'), depth + 1)
+        else:
+            yield line
 
 
 def _continues(line: str) -> bool:
@@ -55,9 +64,14 @@ def text_of(path: Path, what: str) -> str:
         raise ModelError(f"{what}: {str(path)!r} cannot be read ({error}); give the path of a file") from error
 
 
+def entries(line: str) -> list[str]:
+    """The entries of a data line, empty ones too."""
+    return [entry.strip().strip('"') for entry in line.split(",")]
+
+
 def fields(line: str) -> list[str]:
     """The entries of a data line that are not empty."""
-    return [field.strip() for field in line.split(",") if field.strip()]
+    return [entry for entry in entries(line) if entry]
 
 
 def number(field: str) -> float:
@@ -82,8 +96,10 @@ def members_of(lines: list[str], generate: bool) -> list[list[str]]:
     """Members of a set, numbers or names of other sets."""
     if not generate:
         return [[field] for line in lines for field in fields(line)]
-    ranges = [[int(field) for field in fields(line)] for line in lines]
-    return [[str(n)] for first, last, *step in ranges for n in range(first, last + 1, *step)]
+    ranges = [range(first, last + 1, *step) for first, last, *step in ([int(field) for field in fields(line)] for line in lines)]
+    if odd := [f"{numbers.start} to {numbers.stop - 1} by {numbers.step}" for numbers in ranges if not numbers or numbers.step < 0]:
+        raise ValueError(f"it goes from {odd[0]}, which is not upwards")
+    return [[str(n)] for numbers in ranges for n in numbers]
 
 
 def elements_of(kind: str, lines: list[str]) -> list[list[str]]:
