@@ -105,6 +105,8 @@ def test_the_table_takes_fields_and_the_worst_of_several_cycles():
     worst = one.fretting_table(fields=both, side=2)
     for name in ("SWT", "Findley", "Fatemi_Socie", "Crossland"):
         assert np.array_equal(worst[name], np.maximum(first[name], second[name]))
+    for end in ("from", "to"):  # of the cycle with the worse plane
+        assert np.array_equal(worst[end], np.where(first["SWT"] >= second["SWT"], first[end], second[end])) and (first[end] != second[end]).any()
     along, extent = (np.array(parts) for parts in zip(*(each.at_contact(2) for each in both[0]), strict=True))
     old = one.fretting_table(stress=along, strain=extent)
     assert (first["SWT"] >= old["SWT"] - 1e-9).all() and not np.allclose(first["Findley"], second["Findley"])

@@ -92,7 +92,9 @@ def test_a_state_in_space(tmp_path, kind):
     rng = np.random.default_rng(1)
     slip, gap = 1e-3 * rng.normal(size=(16, 2)), np.zeros(16)
     fo.write_paraview(tmp_path / "state.vtm", model, model.recover({"P": 1.0, "Q": 1.0}, slip, gap))
-    face = check_state(opened(tmp_path / "state.vtm"), "upper part", "lower")
+    blocks = opened(tmp_path / "state.vtm")
+    face, stress = check_state(blocks, "upper part", "lower"), blocks["upper part"].integrate_data()["stress"][0]
+    assert np.allclose(stress[[5, 4, 2]], [0.5, -0.25, -3.0], atol=0.01)  # over its height of 1 the stress is the traction, in the mean
     corners, areas = face.cells.reshape(face.n_cells, -1)[:, 1:], face.compute_cell_sizes()["Area"]
     share = np.bincount(corners.ravel(), np.repeat(areas / corners.shape[1], corners.shape[1]))  # of each node, the cells being equal
     assert np.isclose(share.sum(), 1.0) and face.n_cells == (9 if kind is MeshHex else 18)

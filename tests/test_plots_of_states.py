@@ -2,6 +2,7 @@
 
 import itertools
 from dataclasses import replace
+from types import SimpleNamespace
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -11,7 +12,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from PIL import Image
 
 import frictopt as fo
-from frictopt.plots import spatial
+from frictopt.plots import spatial, status
 from spatial import cycle, random_contact
 from systems import CYCLE, random_system
 
@@ -99,6 +100,32 @@ def test_an_animation_has_its_pictures(in_space, tmp_path):
             states.animate(path, frames=2)
 
 
+@pytest.mark.parametrize("steps", [None, 4])
+def test_a_picture_of_an_animation_shows_the_state_of_its_time(steps, tmp_path, monkeypatch):
+    """Reactions are linear between two states; a status holds until the next event, or is that of the increment."""
+    states, seen = slipping(PLANE, CYCLE, steps=steps), []
+
+    def film(figure, draw, frames, **_):
+        for frame in range(frames):
+            draw(frame)
+            (axes,) = figure.axes
+            (marks,) = [one for one in axes.collections if isinstance(one, PathCollection)]
+            colours = {patch.get_label(): patch.get_facecolor() for patch in axes.get_legend().get_patches()}
+            seen.append((axes.get_title(), [line.get_ydata() for line in axes.get_lines()[:3]], marks.get_facecolors(), colours))
+        return SimpleNamespace(save=lambda *_, **__: None)
+
+    monkeypatch.setattr(status, "FuncAnimation", film)
+    states.animate(tmp_path / "cycle.gif", frames=12)
+    words = np.reshape(states.to_frame()["status"], states.p.shape)
+    for time, (title, drawn, filled, colours) in zip(np.linspace(0.0, states.time[-1], 12), seen, strict=True):
+        q, p, loads = (np.array([np.interp(time, states.time, column) for column in values.T]) for values in (states.q, states.p, states.amplitudes))
+        assert np.allclose(drawn, [F * p / PLANE.width, -F * p / PLANE.width, q / PLANE.width])
+        row = min(np.flatnonzero(states.time <= time)[-1], len(states.time) - 2) + (steps is not None)
+        assert filled.tolist() == [list(colours[word.replace("p", "p ") if word[-1] in "+-" else word]) for word in words[row]]
+        assert title.startswith(f"{time:.2f} corners visited: ") and f"cyclic = {loads[list(PLANE.bonded).index('cyclic')]:.5g}" in title
+    assert len({colour for *_, colours in seen for colour in colours}) > 1
+
+
 def test_a_system_shows_its_points_normals_and_bonded_pressure():
     place, pressure = PLANE.plot()
     assert np.array_equal(np.column_stack(place.get_lines()[0].get_data()), PLANE.points)
@@ -106,11 +133,11 @@ def test_a_system_shows_its_points_normals_and_bonded_pressure():
     values = np.concatenate([line.get_ydata() for line in drawn])
     assert np.array_equal(values, np.concatenate([p / PLANE.width for _, p in PLANE.bonded.values()]))
     assert pressure.get_ylabel() == "bonded pressure\n(force per area)"
-    panels = SPACE.plot()
+    panels = replace(SPACE, width=np.arange(1.0, 7.0)).plot()
     assert len(panels) == len(SPACE.bonded)
     for axes, (case, (_, p)) in zip(panels, SPACE.bonded.items(), strict=True):
         (points,) = [one for one in axes.collections if isinstance(one, PathCollection)]
-        assert np.array_equal(points.get_array(), p) and axes.get_title().startswith(f"{case} = 1")
+        assert np.array_equal(points.get_array(), p / np.arange(1.0, 7.0)) and axes.get_title().startswith(f"{case} = 1")
     with pytest.raises(fo.ModelError, match="projection='3d'"):
         SPACE.plot(plt.subplots()[1])
 

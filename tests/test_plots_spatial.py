@@ -116,6 +116,7 @@ def test_a_steady_state_shows_the_work_of_each_node(contact, axes):
     check_face(ax, contact, axes, steady.to_frame()["dissipation"], steady.slip)
     assert marks(ax)[0].get_clim() == (0, steady.dissipation_per_node.max()) and steady.dissipation > 0
     assert ax.get_title() == f"cyclic slip, work of friction per cycle {steady.dissipation:.4g}"
+    assert [text.get_text().split(", longest")[0] for text in ax.get_legend().get_texts()] == [f"slip at {cycle().corner_names[-1]}"]
 
 
 @ALL
@@ -159,6 +160,20 @@ def test_a_trajectory_shows_loops_along_both_tangents_and_both_slips(contact):
     assert below.get_xlabel() == "corners visited (0: mean load, 1: a = +1, 2: a = -1, 3: b = +0.7, c = +0.2)"
     assert below.get_ylabel() == "slip $v_1$, $v_2$ (length)"
     assert sides[0].get_title() == "nodes with the most work of friction" and sides[0].get_legend() is not None
+
+
+def test_open_nodes_are_rings_without_slip_and_those_that_carry_nothing_do_not_slip():
+    loads = {"mean": [0, 0, 0, 0, 0, 0, 1.0, -1.0, 0.0], "shear": [1.0, 0, 0, 0, 0, 0, 0, 0, 0]}
+    three = fo.ContactSystem(np.eye(9), [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], loads)
+    shearing = fo.LoadCycle({"mean": 1.0}, [{"shear": 1.0}, {"shear": -1.0}])
+    limit = replace(fo.shakedown_limit(three, shearing, F), slip=np.array([[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]]))
+    ax = limit.plot()
+    (arrows,) = [one for one in ax.collections if isinstance(one, Quiver)]
+    (rings,) = [one for one in ax.collections if one.get_label() == "open node"]
+    assert limit.open.tolist() == [False, True, False] and rings.get_offsets().tolist() == [[1.0, 0.0]]
+    assert np.where(arrows.Umask, np.nan, arrows.U) == pytest.approx([0.1, np.nan, 0.5], nan_ok=True)
+    bonded = three.with_bonded({"mean": [0, 0, 0, 0, 0, 0, 1.0, 1.0, 0.0]})
+    assert marks(fo.onset(bonded, shearing, F).plot())[1].get_offsets().tolist() == [[0.0, 0.0]]
 
 
 def test_contacts_of_several_planes_stand_side_by_side():

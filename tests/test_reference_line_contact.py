@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from frictopt.reference import LineContact, contact_modulus, half_plane_contact, half_plane_influence
+from frictopt import ContactSystem
+from frictopt.reference import LineContact, contact_modulus, half_plane_contact, half_plane_influence, half_space_contact
 
 CONTACT = LineContact(P=1.3, R=8.0, E_star=2.6 * 4 / np.pi, f=0.3)  # half-width 2
 SHARES = (0.4375, 0.75, 0.9375)  # of gross sliding
@@ -51,7 +52,7 @@ def test_dissipation_is_friction_times_slip_integrated():
 def test_tractions_are_zero_and_slip_is_unknown_outside_the_contact():
     outside = [-2.01, 3.0]
     assert (CONTACT.pressure(outside) == 0).all() and (CONTACT.shear(outside, 0.1) == 0).all()
-    assert np.isnan(CONTACT.slip(outside, 0.1)).all()
+    assert np.isnan(CONTACT.slip(outside, 0.1)).all() and np.isfinite(CONTACT.slip(CONTACT.half_width, 0.1))
 
 
 def test_influence_is_the_mean_of_the_logarithm_over_both_cells():
@@ -92,3 +93,16 @@ def test_stiffness_inverts_the_influence_up_to_translation(nodes):
     inverse = np.linalg.inv(shifted)
     assert inverse.sum(axis=1) / inverse.sum() == pytest.approx(share, rel=1e-9)
     assert inverse - np.outer(inverse.sum(axis=1), inverse.sum(axis=0)) / inverse.sum() == pytest.approx(A, abs=1e-10)
+
+
+def test_influence_in_space_is_far_away_that_of_point_forces():
+    """Cerruti: of two bodies, `(1 + nu) 2 / (pi E r)` along the force and in its direction, `1 - nu` times as much beside it."""
+    E, nu, cells = 2.0, 0.4, 21
+    system = ContactSystem(**half_space_contact(cells, half_length=0.5 * cells, R=1e3, E=E, nu=nu))
+    n, at = system.nodes, {tuple(place): node for node, place in enumerate(system.points[:, :2].round(9).tolist())}
+    moved, middle = np.linalg.inv(system.S[: 2 * n, : 2 * n]), at[0.0, 0.0]
+    unit = 2 * (1 + nu) / (np.pi * E)
+    for (x, y), force, share in (((9, 0), (1, 0), 1.0), ((0, 9), (1, 0), 1 - nu), ((7, 7), (1, 1), 1.0), ((7, 7), (1, -1), 1 - nu)):
+        node, way = at[float(x), float(y)], np.array(force) / np.hypot(*force)
+        found = way @ moved[np.ix_([node, n + node], [middle, n + middle])] @ way
+        assert found == pytest.approx(share * unit / np.hypot(x, y), rel=5e-3)

@@ -130,6 +130,7 @@ def test_a_curved_region_is_drawn_with_both_polygons():
     assert all("slips most" in line.get_label() for line in drawn)
 
 
+@pytest.mark.usefixtures("no_figures_stay_open")
 def test_directions_without_a_limit_are_named():
     contact = fo.ContactSystem.from_blocks(
         [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0], [1]), "Q": ([1], [0]), "idle": ([0], [0]), "other": ([0], [0])}
@@ -137,6 +138,14 @@ def test_directions_without_a_limit_are_named():
     region = fo.safe_region(contact, {"P": 1.0}, ["idle", "Q"], 0.5)
     assert region.unlimited == ("idle",) and np.allclose(region.vertices, [[np.inf, 0.5]]) and np.allclose(region.sides, [[0.0, 2.0, 1.0]])
     assert region.contains(1e9, 0.49) and not region.contains(0.0, 0.51) and "'idle' has no limit" in region.reason
+    for loads, name in (["idle", "Q"], "y"), (["Q", "idle"], "x"):
+        ax = fo.safe_region(contact, {"P": 1.0}, loads, 0.5).plot()
+        (side,) = ax.get_lines()
+        assert getattr(side, f"get_{name}data")() == pytest.approx([0.5, 0.5]) and side.get_label() == "side 0: node 0, $x = 0$, slips most"
+        (inside,) = ax.patches
+        assert np.ptp(inside.get_extents().transformed(ax.transData.inverted()).get_points(), axis=0) == pytest.approx(
+            [1.0, 0.5][:: 1 if name == "y" else -1]
+        )
     region = fo.safe_region(contact, {"P": 1.0}, ["idle", "other"], 0.5)
     assert region.unlimited == ("idle", "other") and region.contains(1e9, 1e9) and np.isinf(region.vertices).all()
 

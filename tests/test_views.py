@@ -47,6 +47,14 @@ def test_fields_are_shown_on_the_bodies_in_their_units_and_move_them():
     assert [grid["displacement (mm)"].max() for grid in moved] == pytest.approx([6.0, 3.0]) and moved[0].bounds[5] == 1.0
 
 
+def test_colours_of_all_bodies_are_from_the_least_to_the_largest_value():
+    model = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model()
+    scene = model.view(model.recover({"P": 1.0}, np.zeros(5)))
+    values = np.concatenate([grid[title(scene)] for grid in scene.meshes])
+    ranges = [actor.mapper.scalar_range for actor in scene.actors.values() if isinstance(actor, pyvista.Actor)]
+    assert len(ranges) == 2 and np.allclose(ranges, [values.min(), values.max()])
+
+
 def test_fields_of_a_contact_are_seen_through_the_bodies():
     model = column(units="N, mm", loads={"P": [fo.Pressure("a", "top", 3.0)], "Q": [fo.Traction("a", "top", x=0.3, y=0.4)]})
     fields = model.recover({"P": 1.0, "Q": 1.0}, np.tile([0.06, -0.08], (9, 1)))

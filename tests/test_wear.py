@@ -60,6 +60,7 @@ def test_a_flat_punch_that_slides_as_a_whole_wears_to_uniform_pressure():
     )
 
 
+@pytest.mark.usefixtures("no_figures_stay_open")
 def test_the_table_says_what_the_arrays_say(coarse):
     table, width = coarse.to_frame(), COARSE[0].width
     assert len(table) == len(coarse.depth) == len(coarse.cycles) == len(coarse.pressure)
@@ -70,6 +71,13 @@ def test_the_table_says_what_the_arrays_say(coarse):
     assert table["work"][0] == first.dissipation and table["slipping"][0] == first.slipping.sum() and table["outcome"][0] == "CYCLIC_SLIP"
     stuck = np.abs(COARSE[0].x) < 0.7
     assert np.allclose(table["stick_width"], width[stuck].sum()), "the stick zone of a contact under constant force stays"
+    (depth, pressure, work), x = coarse.plot(), COARSE[0].x
+    for ax, values in (depth, coarse.depth), (pressure, coarse.pressure):
+        drawn = {line.get_label(): line.get_xydata() for line in ax.get_lines() if len(line.get_xdata()) == len(x)}
+        rows = [row for row, cycles in enumerate(table["cycles"]) if f"{cycles:.4g}" in drawn]
+        assert {0, len(table) - 1} <= set(rows) and len(rows) == len(drawn)
+        assert all(np.array_equal(drawn[f"{table['cycles'][row]:.4g}"], np.column_stack([x, values[row]])) for row in rows)
+    assert np.array_equal(work.get_lines()[0].get_xydata(), table[["cycles", "work"]])
     assert coarse.worn_in and table["work"].iloc[-1] <= 1e-3 * table["work"].max() and coarse.residual <= 1e-9
 
 

@@ -42,6 +42,7 @@ def test_the_closed_form_of_the_sphere_has_the_tabled_values():
         ball.worn_depth(1.0, F)
 
 
+@pytest.mark.usefixtures("no_figures_stay_open")
 @pytest.mark.parametrize(("share", "stick"), [(0.2, 128), (0.5, 72), (0.9, 20)])
 def test_the_cylinder_converges_to_the_closed_form(share, stick):
     """The stick zone ends on an edge of cells; half the cells, half the error."""
@@ -56,6 +57,8 @@ def test_the_cylinder_converges_to_the_closed_form(share, stick):
         pressure = np.abs((p / width)[inner] / worn_pressure(x[inner], share * F) - 1).max()
         assert p[end.stick].sum() == pytest.approx(1.0, rel=1e-9)
         errors.append([end.depth.max() / form.max() - 1, end.depth @ width / (form @ width) - 1, pressure])
+    drawn = {line.get_label(): line.get_ydata() for line in end.plot().get_lines()}
+    assert np.array_equal(drawn["depth worn off"], end.depth) and np.array_equal(np.isfinite(drawn["never slips"]), end.stick)
     coarse, fine = np.array(errors)
     assert np.all(fine < (0.012 if share > 0.2 else 0.02)) and np.all(fine < 0.6 * coarse) and np.all(fine > 0)
 
