@@ -135,6 +135,11 @@ SEESAW = fo.ContactSystem.from_blocks(  # wear at one node relieves the next one
     *([[1.0, 0.5, 0.4], [0.5, 1.0, 0.1], [0.4, 0.1, 1.0]], np.zeros((3, 3)), [[1.0, 0.5, 0.4], [0.5, 1.0, 0.1], [0.4, 0.1, 1.0]]),
     *([0.0, 1.0, 2.0], {"P": ([0, 0, 0], [0.5, 0.9, 0.9]), "Q": ([1.0, 0.6, 0.9], [0, 0, 0])}),
 )
+BOTH_WAYS = fo.ContactSystem.from_blocks(  # node 2 slips the other way at first, and wears by 0.043
+    *([[1.1, -0.1, -0.5], [-0.1, 0.4, -0.2], [-0.5, -0.2, 1.0]], np.zeros((3, 3)), [[1.1, -0.1, -0.5], [-0.1, 0.4, -0.2], [-0.5, -0.2, 1.0]]),
+    *([0.0, 1.0, 2.0], {"P": ([0, 0, 0], [1.2, 0.4, 0.5]), "Q": ([0.9, 0.4, -0.5], [0, 0, 0])}),
+)
+IN_PHASE = fo.LoadCycle({"P": 1.0}, [{"Q": 0.4, "P": 1.0}, {"Q": -0.4, "P": -1.0}])  # sticks everywhere, and does not wear
 ROUND = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"P": 1.0}, {"Q": -1.0}])
 
 
@@ -145,6 +150,8 @@ ROUND = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"P": 1.0}, {"Q": -1.0}])
         ((UNLIKE, COARSE[1], F, 0.5), "system: its tangential stiffness"),
         ((SEESAW, COARSE[1], F, 1.0), "system: wear at node 1 takes pressure off node 0"),
         ((COARSE[0], COARSE[1], np.linspace(0.4, 0.5, 16), 0.1), "friction: from 0.4 to 0.5"),
+        ((BOTH_WAYS, COARSE[1], F, 1.0), "cycle: with no slip, the shear at node 2 changes by less"),
+        ((COARSE[0], IN_PHASE, F, 0.5), "cycle: with no slip, the shear at node 0 changes by less"),
         ((COARSE[0], ROUND, F, 0.1), "cycle: its loads do not stay on one line"),
         ((COARSE[0], COARSE[1], F, 0.6), "load_factor: no node sticks"),
     ],

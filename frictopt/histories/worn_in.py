@@ -68,11 +68,12 @@ class WornIn(Worn):
 def worn_in(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, load_factor: float) -> WornIn:
     """What a contact of similar bodies wears into under an alternating load, by linear solves instead of a simulation.
 
-    In an uncoupled contact whose tangential stiffness is its normal one times a number, under loads that stay on one line, the stick zone is the
-    contact of the same bodies under the mean normal force less half the change of shear over friction (Ciavarella 1998, Jäger 1998). A larger gap
-    outside it does not change that contact: so the stick zone is the same however much is worn off, and outside it wear goes on as long as there is
-    pressure (Popov 2014), if wear at one place takes no pressure off others. In the end the contact is confined to the stick zone. Theory, eq. (30).
-    How many cycles that takes, `wear` says.
+    In an uncoupled contact whose tangential stiffness is its normal one times a number, under loads that stay on one line and whose shear, with no
+    slip, changes the same way at all nodes, by friction times the change of pressure or more, the stick zone is the contact of the same bodies under
+    the mean normal force less half the change of shear over friction (Ciavarella 1998, Jäger 1998). A larger gap outside it does not change that
+    contact: so the stick zone is the same however much is worn off, and outside it wear goes on as long as there is pressure (Popov 2014), if wear at
+    one place takes no pressure off others. In the end the contact is confined to the stick zone. Theory, eq. (30). How many cycles that takes, `wear`
+    says.
 
     Parameters
     ----------
@@ -130,13 +131,20 @@ def _profile(system: ContactSystem, f: float, first: Array, last: Array) -> tupl
     change = along @ shear
     if np.abs(shear - np.outer(along, change)).max() > CONDENSATION * np.abs(shear).max():
         raise _not_covered("cycle: its shear does not act along one direction at all nodes")
-    normal = (first + last)[-n:] / 2 - np.sign(change.sum()) * change / (2 * f)
+    way = np.sign(change.sum())
+    normal = (first + last)[-n:] / 2 - way * change / (2 * f)
     out = open_nodes(system, normal - C @ gap)
     if out is None or out.all():
         raise _not_covered("load_factor: no node sticks, the contact slides as a whole")
     depth, stick = np.zeros(n), ~out
     for p in (first[-n:], last[-n:]):
         depth[out] = np.maximum(depth[out], -_confined(C, p, gap, stick)[out] - gap[out])
+    lead = way * change - f * np.abs((last - first)[-n:])
+    if depth.any() and lead.min() < -CONDENSATION * np.abs(lead).max():
+        raise _not_covered(
+            f"cycle: with no slip, the shear at node {int(lead.argmin())} changes by less than friction times the change of its pressure, or "
+            "another way than at most nodes"
+        )
     return depth, stick
 
 
