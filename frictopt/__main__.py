@@ -29,6 +29,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         try:
             asked = _parser().parse_args(arguments)
+            for name in ("file", "job", "history"):
+                if (given := getattr(asked, name, None)) and not Path(given).is_file():
+                    raise FileNotFoundError(f"there is no file {given!r}; give its path")
             for name, endings in (("table", WRITERS), ("picture", ()), ("system", (".npz",))):
                 if getattr(asked, name, None):
                     setattr(asked, name, output(getattr(asked, name), *endings))
@@ -45,7 +48,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 130
     except (FrictoptError, OSError, ImportError) as error:
         print(f"frictopt: error: {error}", file=sys.stderr)
-        return 2 if isinstance(error, ModelError) else 3 if isinstance(error, FrictoptError) and not isinstance(error, StoreError) else 4
+        of_file = isinstance(error, StoreError) or isinstance(error.__cause__, OSError)
+        return 4 if of_file or not isinstance(error, FrictoptError) else 2 if isinstance(error, ModelError) else 3
     return 0
 
 

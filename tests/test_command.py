@@ -133,7 +133,8 @@ def test_a_reader_that_stops_early_hears_no_complaint(arguments):
 
 
 BAD = {
-    "no file": (["look", "none.npz"], 2, "'none.npz' is not a contact system (there is no such file)"),
+    "no file": (["look", "none.npz"], 4, "there is no file 'none.npz'; give its path"),
+    "no history": ([*LIMIT, "--history", "none.csv"], 4, "there is no file 'none.csv'; give its path"),
     "no npz": (["look", str(FLAT.with_suffix(".sti"))], 2, "is not a contact system (File is not a zip file)"),
     "tolerance of corners": ([*LIMIT, *CORNERS, "--tolerance", "0"], 2, "--tolerance: 0; corners have no noise"),
     "numbers of a load": (
@@ -146,11 +147,12 @@ BAD = {
         2,
         "'x.csv'; give a file that ends in .npz",
     ),
-    "no job": (["look", "none.inp"], 2, "there is no"),
+    "no job": (["look", "none.inp"], 4, "there is no file 'none.inp'; give its path"),
+    "no job to condense": (["condense", "none.inp", "x.npz", "--contact", "A", "B", "--load", "P=A:pressure=1"], 4, "there is no file 'none.inp'"),
     "load case": ([*LIMIT, "--corners", "other=1"], 2, "load case 'other': unknown"),
     "history": ([*LIMIT, "--history", "system.npz"], 2, "give a file that ends in"),
     "load": (["condense", str(FLAT), "x.npz", "--contact", "N_TOP", "N_TOP", "--load", "P=N_TOP"], 2, "--load: 'P=N_TOP'"),
-    "no study": (["study", "none.toml"], 4, "No such file"),
+    "no study": (["study", "none.toml"], 4, "there is no file 'none.toml'; give its path"),
     "no TOML": (["study", "system.npz"], 2, "give a file in TOML"),
     "table": ([*LIMIT, *CORNERS, "--table", "limit.doc"], 2, "'limit.doc'; give a file that ends in"),
     "picture": ([*LIMIT, *CORNERS, "--picture", "nowhere/limit.png"], 2, "'nowhere/limit.png' is in no folder"),

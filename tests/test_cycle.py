@@ -170,6 +170,9 @@ def test_no_answer_changes_by_the_points_left_out():
         (pd.DataFrame({"a": [1.0, 2.0]}, index=pd.to_datetime([1, 0])), {}, r"history\.index: the time decreases"),
         (pd.DataFrame({"a": [1.0, 2.0]}, index=pd.Index(["0:10", "0:20"], name="time")), {}, "'0:10' is neither .*pandas.to_datetime"),
         (pd.DataFrame({"a": [1.0, 2.0]}), {"tolerance": -0.1}, "tolerance: -0.1"),
+        (pd.DataFrame({"date": pd.to_datetime([0, 1]), "a": [1.0, 2.0]}), {}, r"history\['date'\]: .* is no number; .* say time='date' if this"),
+        (pd.DataFrame({"day": ["1 May", "2 May"], "a": [1.0, 2.0]}), {}, r"history\['day'\]: '1 May' is no number; .* say time='day' if this"),
+        (pd.Series([1.0, 2.0], name="a"), {}, r"history: a Series; give a pandas DataFrame \(its to_frame\(name\) makes one\)"),
     ],
 )
 def test_bad_histories_are_refused(history, options, message):

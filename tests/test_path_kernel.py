@@ -48,6 +48,12 @@ def test_the_compilation_announces_itself_once_where_no_folder_can_be_written():
     assert found.stdout == "True\n" and found.stderr.count("frictopt: compiling") == 1
 
 
+SLOW = """
+import time
+from numba.core.caching import Cache
+load = Cache.load_overload
+Cache.load_overload = lambda *asked: time.sleep(1.2) or load(*asked)
+"""
 COUNTS = "from frictopt.transients.exact import kernel\nprint(len(kernel.follow.signatures), sum(kernel.follow.stats.cache_misses.values()))"
 STUDY = """
 from concurrent.futures import ProcessPoolExecutor
@@ -68,6 +74,6 @@ def test_a_study_by_several_processes_announces_the_compilation_once_and_what_is
     (tmp_path / "study.py").write_text(STUDY, encoding="utf-8")
     call = f"import subprocess, sys; subprocess.run([sys.executable, {str(tmp_path / 'study.py')!r}], check=True)"
     kept = {"NUMBA_CACHE_DIR": str(tmp_path)}
-    found, again = run(call, **kept), run(TRANSIENT + COUNTS, **kept)
+    found, again = run(call, **kept), run(SLOW + TRANSIENT + COUNTS, **kept)  # loading is no compilation, however long it takes
     assert found.stdout == "20 True\n" and found.stderr.count("frictopt: compiling") == 1
     assert again.stdout == "True\n1 0\n" and not again.stderr

@@ -142,6 +142,13 @@ def test_files_that_cannot_be_written_or_named_are_refused(tmp_path):
             fo.ContactSystem.load(path)
 
 
+@pytest.mark.parametrize("name", ["a.csv", "a.npz.gz", "a.xlsx"])
+def test_no_archive_is_written_under_the_name_of_something_else(name, tmp_path):
+    with pytest.raises(fo.ModelError, match=f"path: .*{name}' cannot be written .*archive.*; give a file that ends in .npz"):
+        SOME.save(tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_contact_in_space_comes_back_as_one(tmp_path):
     contact = random_contact(np.random.default_rng(0), 3)
     again = fo.ContactSystem.load(saved(tmp_path / "a.npz", contact))

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from ..errors import ModelError
-from .checks import shown
 from .parts import joined
 
 WRITERS = {".csv": "to_csv", ".xlsx": "to_excel", ".parquet": "to_parquet"}
@@ -39,19 +38,21 @@ def write(path: str | Path, system: Any) -> None:
     plain = {name: np.array([] if (value := getattr(system, name)) is None else value) for name in _NAMES}
     bonded = [joined(*pair) for pair in system.bonded.values()]
     try:
+        if Path(path).suffix not in ("", ".npz"):
+            raise ValueError("it is an npz archive")
         if Path(path).exists() and not Path(path).is_file():
             raise OSError("it is a folder or a device")
         with Path(path).open("wb") as file:
             np.savez(file, allow_pickle=False, format=_FORM, cases=list(system.bonded), bonded=bonded, **plain)
     except (OSError, TypeError, ValueError) as error:
-        raise ModelError(f"path: {shown(path)} cannot be written ({error}); give the name of a file in a folder that exists") from error
+        raise ModelError(f"path: {str(path)!r} cannot be written ({error}); give a file that ends in .npz, in a folder that exists") from error
 
 
 def read(source: str | Path) -> dict[str, Any]:
     """The arguments of a contact system, from an archive."""
     try:
         if not Path(source).is_file():
-            raise ValueError("there is no such file")
+            raise FileNotFoundError("there is no such file")
         with zipfile.ZipFile(source) as archive:
             if damaged := archive.testzip():  # every byte against its checksum: numpy reads no more of a member than its header says
                 raise ValueError(f"{damaged} is damaged")

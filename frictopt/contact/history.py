@@ -1,6 +1,7 @@
 """Corners of a load cycle from what engineers have: a history in a table, or load cases that vary independently."""
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence
+from numbers import Real
 
 import numpy as np
 
@@ -72,7 +73,8 @@ def history_corners(
     import pandas as pd  # here, for only a history needs it
 
     if not isinstance(history, pd.DataFrame):
-        raise ModelError(f"history: a {type(history).__name__}; give a pandas DataFrame, a column for each load case and a row for each time")
+        made = " (its to_frame(name) makes one)" if isinstance(history, pd.Series) else ""
+        raise ModelError(f"history: a {type(history).__name__}; give a pandas DataFrame{made}, a column for each load case and a row for each time")
     if not history.columns.is_unique:
         raise ModelError(f"history: the column {history.columns[history.columns.duplicated()][0]!r} stands twice; give each load case once")
     asked = time is None and not _clock(history.columns)  # the index
@@ -84,6 +86,8 @@ def history_corners(
     cases = [name for name in table.columns if clock is None or name != clock]
     for name in cases:
         check_name("history", name)
+        if table[name].dtype.kind in "mMO" and (odd := [value for value in table[name] if not isinstance(value, Real)]):
+            raise ModelError(f"history[{name!r}]: {shown(odd[0])} is no number; give numbers, or say time={name!r} if this is the time")
     if not cases or not len(table):
         raise ModelError(f"history: {len(table)} rows, {len(cases)} load cases; give at least one of each")
     if clock is not None:

@@ -394,12 +394,12 @@ class ContactSystem(Shown, Plotted):
         return replace(self, S=S, bonded=dict(zip(self.bonded, R.T, strict=True)), compliance=L)
 
     def save(self, path: str | Path) -> None:
-        """Write the system to a file as an npz archive of plain arrays (no pickle).
+        """Write the system to a file as an npz archive of plain arrays (no pickle), under exactly its name, which ends in `.npz` or has no ending.
 
         Raises
         ------
         ModelError
-            The file cannot be written.
+            The file cannot be written, or has another ending.
         """
         files.write(path, self)
 

@@ -125,9 +125,11 @@ def body_stiffness(mesh: Mesh, material: Material, element: ElementName | None =
 
 
 class Part:
-    """Base of loads: their texts are names, their amounts finite numbers or functions."""
+    """Base of loads: their texts are names, their amounts finite numbers or functions, and of x, y and z at least one is given."""
 
     def __post_init__(self) -> None:
+        if all(getattr(self, axis, 0.0) is None for axis in "xyz"):
+            raise ModelError(f"{type(self).__name__}: neither x nor y nor z; give one of them")
         for field in fields(self):  # type: ignore[arg-type]
             name, value = field.name, getattr(self, field.name)
             if field.type is str:

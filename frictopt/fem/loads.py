@@ -14,16 +14,26 @@ from .elements import basis_of
 # `_forces` of a load are (d, nodes) nodal forces on its body: in the plane per depth, axisymmetric those of the whole circumference.
 
 
+class _Forces(Part):
+    """Base of loads by their parts along x, y and z: those that are not given are zero."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for axis in "xyz":
+            if getattr(self, axis) is None:
+                object.__setattr__(self, axis, 0.0)
+
+
 @dataclass(frozen=True)
-class Traction(Part):
+class Traction(_Forces):
     """Traction (x, y), in space (x, y, z), force per area, on a named boundary of one body.
 
-    Each is a number or a function of the coordinates (arrays).
+    Each is a number or a function of the coordinates (arrays); those that are not given are zero.
 
     Raises
     ------
     ModelError
-        A body or a boundary that is no text, tractions that are neither finite numbers nor functions.
+        A body or a boundary that is no text, no traction, or one that is neither a finite number nor a function.
 
     Examples
     --------
@@ -35,9 +45,9 @@ class Traction(Part):
 
     body: str
     boundary: str
-    x: Amount = 0.0
-    y: Amount = 0.0
-    z: Amount = 0.0
+    x: Amount | None = None
+    y: Amount | None = None
+    z: Amount | None = None
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
         facets = body.boundary(self.boundary, "traction")
@@ -75,15 +85,15 @@ def surface_forces(load: Traction | Pressure, body: Body, kinematics: Kinematics
 
 
 @dataclass(frozen=True)
-class BodyForce(Part):
+class BodyForce(_Forces):
     """Force per volume (x, y), in space (x, y, z), on one body: gravity is (0, -density g).
 
-    Each is a number or a function of the coordinates (arrays).
+    Each is a number or a function of the coordinates (arrays); those that are not given are zero.
 
     Raises
     ------
     ModelError
-        A body that is no text, forces that are neither finite numbers nor functions.
+        A body that is no text, no force, or one that is neither a finite number nor a function.
 
     Examples
     --------
@@ -93,9 +103,9 @@ class BodyForce(Part):
     """
 
     body: str
-    x: Amount = 0.0
-    y: Amount = 0.0
-    z: Amount = 0.0
+    x: Amount | None = None
+    y: Amount | None = None
+    z: Amount | None = None
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
         return volume_forces(body.mesh, lambda points: components(self, points), kinematics)
@@ -240,5 +250,3 @@ class Displacement(Part):
     def __post_init__(self) -> None:
         super().__post_init__()
         object.__setattr__(self, "where", checked_place(self.where))
-        if self.x is None and self.y is None and self.z is None:
-            raise ModelError("displacement: neither x nor y nor z; give one of them")

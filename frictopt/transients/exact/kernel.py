@@ -15,13 +15,14 @@ closes. Then new statuses are found. The file has five parts:
 # imported from another file, an edit there would not take effect. For the same reason nothing is imported from the package.
 
 import sys
+from contextlib import nullcontext
 from functools import cache
 from multiprocessing import parent_process
-from threading import Timer
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.core.event import Event, Listener, install_listener
 
 STICK, SLIP, OPEN = 0, 1, 2
 """Statuses of a node; slip against +x is -1."""
@@ -852,16 +853,27 @@ def new_state(u: np.ndarray, r: np.ndarray, gap: np.ndarray) -> State:
     return State(u, r, gap, status, work, slid, np.zeros(1), u_rate, r_rate, load_rate, wanted, counted, near, trace)
 
 
+class _Notice(Listener):
+    """Says once that the path is compiled."""
+
+    said = False
+
+    def on_start(self, event: Event) -> None:
+        """The compilation of a function begins."""
+        if not self.said:
+            self.said = True
+            text = "frictopt: compiling the exact path; this takes some seconds, and only once where its machine code can be kept"
+            print(text, file=sys.stderr, flush=True)
+
+    def on_end(self, event: Event) -> None:
+        """The compilation of a function ends."""
+
+
 @cache
 def compiled() -> None:
-    """Compile what every path needs, or load it from disk; prints a notice on stderr if this takes longer than a second, but not in a worker."""
-    text = "frictopt: compiling the exact path; this takes some seconds, and only once where its machine code can be kept"
-    notice = Timer(1.0, print, (text,), {"file": sys.stderr, "flush": True})
-    notice.daemon = True
-    if parent_process() is None:
-        notice.start()
+    """Compile what every path needs, or load it from disk; where it is compiled, a notice on stderr says so, but not in a worker."""
     S, f, load = np.eye(2), np.ones(1), np.zeros(2)
     S.flags.writeable = False  # as that of a system: numba compiles once more for an array of another kind
     state = new_state(np.zeros(2), np.array([0.0, 1.0]), np.zeros(1))
-    follow(S, f, load, load, state, new_active_set(1), new_active_set(1), np.ones(1), 0.0, True, np.zeros((0, 7)))
-    notice.cancel()
+    with nullcontext() if parent_process() else install_listener("numba:compile", _Notice()):  # loading is no such event
+        follow(S, f, load, load, state, new_active_set(1), new_active_set(1), np.ones(1), 0.0, True, np.zeros((0, 7)))
