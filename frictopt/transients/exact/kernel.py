@@ -853,7 +853,7 @@ def new_state(u: np.ndarray, r: np.ndarray, gap: np.ndarray) -> State:
     return State(u, r, gap, status, work, slid, np.zeros(1), u_rate, r_rate, load_rate, wanted, counted, near, trace)
 
 
-class _Notice(Listener):
+class _Notice(Listener):  # type: ignore[misc]  # numba has no types
     """Says once that the path is compiled."""
 
     said = False
