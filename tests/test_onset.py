@@ -74,6 +74,9 @@ def test_an_inadmissible_mean_load_is_said():
     found = fo.onset(slipping, ONE_WAY, 0.5)
     assert found.mean_slips == (0,) and found.state is None and found.slip.load_factor == 0.0
     assert found.residual == pytest.approx(0.4)  # node 0: q - f p = 0.9 - 0.5 * 1.0, over the largest force, 1
+    sheared = system(np.eye(2), np.zeros((2, 2)), 0.0, 1.0, 0.1, (0.0, -0.3))
+    found = fo.onset(sheared, fo.LoadCycle({"mean": 1.0}, CYCLE.corners, fixed=[{"cyclic": 6.0}, {}]), 0.5)
+    assert (found.mean_slips, found.mean_opens) == ((0, 1), (1,)) and found.residual > 0.1, "with what is fixed at one corner"
 
 
 def test_a_node_at_its_bound_that_the_load_relieves_waits_for_its_other_bound():
