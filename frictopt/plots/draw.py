@@ -49,7 +49,7 @@ def _units(result: object) -> str | None:
     if hasattr(result, "attrs"):  # a table
         known: str | None = result.attrs.get("units")
         return known
-    for name in ("units", "system", "limit", "least_state"):
+    for name in ("units", "system", "least_state"):
         if (part := getattr(result, name, None)) is not None:
             return part if isinstance(part, str) else _units(part)
     return None

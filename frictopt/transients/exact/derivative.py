@@ -181,9 +181,7 @@ class _Growth:
         """(m, 2N) rows that give the same product with `base` as rows (m, 2N) with the derivative when so many motions have begun."""
         moving, (lower, upper) = self.order[:begun], self.inverses
         share = rows[:, moving] @ upper[:begun, :begun] @ lower[:begun, :begun]
-        found = rows - share @ self.equations[:begun]
-        found[:, moving] = 0.0
-        return np.asarray(found)
+        return np.asarray(rows - share @ self.equations[:begun])
 
     def integral(self, row: Array, stretches: list[tuple[int, float]]) -> Array:
         """(2N,) the sum over stretches, numbers of motions begun and lengths, of the derivative's product with a row (2N,)."""
