@@ -107,9 +107,23 @@ def test_mean_dilatation_has_its_own_stress():
     assert np.allclose(fields.stress["punch"][1, top], -1.0, atol=0.2) and np.abs(fields.stress["block"]).max() < 5.0
 
 
+@pytest.mark.parametrize(("name", "mean", "corner"), [("punch", {"P": 1.0}, {"sigma": 2.0}), ("square", {"P": 1.0}, {"Qx": 0.3})])
+def test_a_steady_state_is_recovered_at_its_last_corner(name, mean, corner):
+    model = MODELS[name] if name in MODELS else fo.scenes.SquarePunch(elements=2).model()
+    cycle = fo.LoadCycle(mean, [{case: -value for case, value in corner.items()}, corner])
+    steady = fo.steady_state(model.condense(), cycle, 0.4, 1.1)
+    fields, states = model.recover(steady), steady.states()
+    force = np.abs(states.p[-1]).max()
+    assert steady.outcome.name == "CYCLIC_SLIP"
+    assert np.abs(fields.q - states.q[-1]).max() < 1e-8 * force and np.abs(fields.p - states.p[-1]).max() < 1e-8 * force
+    with pytest.raises(fo.ModelError, match="slip, gap: the steady state has its own"):
+        model.recover(steady, steady.slip)
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
+        (lambda model, fields: model.recover({"P": 1.0}), "slip: None"),
         (lambda model, fields: model.recover({"none": 1.0}, np.zeros(9)), "load case 'none': unknown"),
         (lambda model, fields: fields.at_contact(3), "side: 3"),
         (lambda model, fields: fields.save("x.vtu", "none"), "body: 'none' is unknown"),

@@ -23,7 +23,7 @@ from .contacts import Contact
 from .elasticity import KINEMATICS, Kinematics
 from .interface import check_course
 from .loads import Expansion
-from .recovery import BodyFields, Recovery, Viewed, strain_and_stress, warn_of_open_nodes
+from .recovery import BodyFields, Recovery, Steady, Viewed, strain_and_stress, warn_of_open_nodes
 from .rigid import node_graph
 
 _UNITS_APART = 2e5  # Pa and MPa differ by 1e6, rubber and steel by up to 1e5
@@ -161,16 +161,16 @@ class ContactModel(Shown, Viewed):
         tangential, normal = self._springs
         return rigid.with_contact_stiffness(tangential=tangential, normal=normal)
 
-    def recover(self, loads: Mapping[str, float], slip: ArrayLike, gap: ArrayLike | None = None) -> BodyFields:
+    def recover(self, loads: Mapping[str, float] | Steady, slip: ArrayLike | None = None, gap: ArrayLike | None = None) -> BodyFields:
         """Displacements and stresses in the bodies at a state of the contact: one solve with a factorisation that is kept from the first time on.
 
         Parameters
         ----------
         loads
-            The loads of the state, load case name -> amplitude.
+            The loads of the state, load case name -> amplitude; or a steady state of the condensed model, whose last corner is the state.
         slip, gap
-            Slip v, (N,) or (N, 2) in space, and gap w, (N,), of the state, length. The gap of a state contains the initial one of this model; no gap
-            means just that one.
+            Slip v, (N,) or (N, 2) in space, and gap w, (N,), of the state, length; of a steady state neither, for it has them. The gap of a state
+            contains the initial one of this model; no gap means just that one.
 
         Warns
         -----
@@ -181,7 +181,7 @@ class ContactModel(Shown, Viewed):
         Raises
         ------
         ModelError
-            An unknown load case, or slips and gaps of another shape or not finite.
+            An unknown load case, slips and gaps of another shape or not finite, or beside a steady state.
 
         Examples
         --------
@@ -193,6 +193,10 @@ class ContactModel(Shown, Viewed):
         >>> bool(abs(fields.q).max() < 1), round(float(fields.p.sum()), 9)
         (True, 2.0)
         """
+        if isinstance(loads, Steady):
+            if slip is not None or gap is not None:
+                raise ModelError("slip, gap: the steady state has its own; leave them out, or give the loads of the state instead of it")
+            slip, gap, loads = loads.slip, loads.gap, loads.cycle.at(loads.load_factor)[-1]
         amplitudes, parts = checked_loads("loads", loads), self._parts
         if unknown := sorted(set(amplitudes) - set(self.loads)):
             raise ModelError(f"load case {unknown[0]!r}: unknown; this model has {sorted(self.loads)}")

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -16,19 +16,9 @@ from .faces import facets_around
 from .given import same_point
 from .matrices.meshes import file_path, meshio_library
 from .model import ContactModel
-from .recovery import BodyFields
+from .recovery import BodyFields, Steady
 
 _CELLS = {2: "line", 3: "triangle", 4: "quad"}
-
-
-@runtime_checkable
-class Steady(Protocol):
-    """A steady state: its outcome, and its states."""
-
-    outcome: Any
-
-    def states(self) -> Any:
-        """Its states over the cycle."""
 
 
 def write_paraview(path: str | Path, model: ContactModel, result: BodyFields | Steady, *, every: bool = False) -> None:

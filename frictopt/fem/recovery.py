@@ -5,14 +5,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 from skfem import BilinearForm
 
-from ..contact import Plotted, Shown
+from ..contact import LoadCycle, Plotted, Shown
 from ..contact.checks import Array, finite_number, frozen, shown, whole_number
 from ..contact.tolerances import COUNTS
 from ..errors import ModelError, ModelWarning
@@ -28,6 +28,20 @@ from .rigid import node_graph
 _COMPONENTS = ("xx", "yy", "xy", "zz", "xz", "yz")  # the first four in the plane
 _ARMS = {"triangle": [1, 2], "quad": [1, 3], "tetra": [1, 2, 3], "hexahedron": [1, 3, 4]}  # in the order of VTK, next to the first node
 _VTK = [_COMPONENTS.index(name) for name in ("xx", "yy", "zz", "xy", "yz", "xz")]
+
+
+@runtime_checkable
+class Steady(Protocol):
+    """A steady state: its states, and the one at the last corner of its cycle."""
+
+    outcome: Any
+    cycle: LoadCycle
+    load_factor: float
+    slip: Array
+    gap: Array
+
+    def states(self) -> Any:
+        """Its states over the cycle."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

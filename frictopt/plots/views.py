@@ -10,8 +10,8 @@ from ..contact.checks import choice, finite_number, shown
 from ..contact.units import in_units
 from ..errors import ModelError
 from ..fem.model import ContactModel
-from ..fem.paraview import Steady, contact_face, states_of
-from ..fem.recovery import BodyFields, in_meshio
+from ..fem.paraview import contact_face, states_of
+from ..fem.recovery import BodyFields, Steady, in_meshio
 from .style import BLACK, GREY, series
 
 _BODIES = {"von_mises": "von Mises stress (force per area)", "displacement": "displacement (length)"}
