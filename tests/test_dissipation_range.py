@@ -141,6 +141,27 @@ def test_no_start_beside_the_best_one_has_less_work():
     assert min(works) > 0.98 * span.least
 
 
+@pytest.mark.parametrize("shown", [True, False])
+def test_a_search_tells_of_each_transient_while_it_lasts(shown, monkeypatch):
+    asked, told = [], []
+
+    class Bar:
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            return None
+
+        def update(self):
+            told.append(1)
+
+    monkeypatch.setattr("frictopt.histories.dissipation_range.bar_of", lambda show, *words, **options: asked.append(show) or Bar())
+    span = fo.dissipation_range(system(*FIRST_PAIR), CYCLE, 0.6, 0.5, progress=shown)
+    assert asked == [shown] and len(told) == span.transients > 0
+    with pytest.raises(fo.ModelError, match="progress"):
+        fo.dissipation_range(system(*FIRST_PAIR), CYCLE, 0.6, 0.5, progress="yes")
+
+
 def test_a_search_follows_no_start_in_vain(paper_punch):
     """Starts that one cycle brings to the same state have the work of one; those given up have less than looked for, others what they have."""
     contact, f = paper_punch(16), np.full(17, 0.7)

@@ -21,6 +21,13 @@ def contact_of(rng, nodes, tangents):
     return random_contact(rng, nodes) if tangents == 2 else random_system(rng, nodes, ("mean", *"abc"))
 
 
+def test_a_model_says_what_it_asks():
+    contact = random_system(np.random.default_rng(0), 2)
+    for kind in (fo.ShakedownModel, fo.GuaranteedModel, fo.SafeSlipModel):
+        assert repr(kind(contact, CYCLE)) == f"{kind.__name__}({contact}, {CYCLE})"
+    assert repr(fo.DesignModel(contact, CYCLE, preloads=["mean"])) == f"DesignModel({contact}, {CYCLE})"
+
+
 def agrees(limit, value, rel=1e-7):
     """A limit and its proof, with the value of an oracle: nan where nothing is safe, inf without an end."""
     assert limit.load_factor == pytest.approx(value, rel=rel, abs=rel / 10, nan_ok=True) and limit.residual <= 1e-9

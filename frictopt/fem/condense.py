@@ -1,5 +1,7 @@
 """Condensation of any sparse stiffness matrix to the contacts of its bodies."""
 
+from __future__ import annotations  # help() then says ArrayLike, not what it is the union of
+
 from collections.abc import Callable, Mapping
 from typing import Any
 

@@ -97,6 +97,7 @@ def damping_curve(
     natural_frequency: float | None = None,
     range: bool = True,
     steps: int | None = None,
+    progress: bool = True,
 ) -> DampingCurve:
     """Frequency and damping of a joint at rising amplitudes of a load, by quasi-static steady cycles (Festjens et al. 2013, Allen et al. 2016).
 
@@ -121,6 +122,8 @@ def damping_curve(
         In space it takes hundreds of transients in increments for each load factor.
     steps
         Number of increments from corner to corner. None: the exact path in the plane, 20 in space.
+    progress
+        Show a bar where the transients of a load factor take more than two seconds.
 
     Raises
     ------
@@ -151,9 +154,9 @@ def damping_curve(
     guaranteed = guaranteed_limit(system, cycle, f)
     rows, spans, residuals = [], [], []
     for factor in factors:
-        states = [steady_state(system, cycle, f, factor, steps=steps, progress=False)]
+        states = [steady_state(system, cycle, f, factor, steps=steps, progress=progress)]
         if searched and not (guaranteed.proven and factor <= guaranteed.load_factor):
-            found = dissipation_range(system, cycle, f, factor, steps=steps)
+            found = dissipation_range(system, cycle, f, factor, steps=steps, progress=progress)
             residuals.append(found.residual)
             states += [state for state in found.steady_states if state.outcome is not Outcome.RATCHETING]
         residuals.append(states[0].residual)

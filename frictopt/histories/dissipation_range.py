@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, Plotted, Shown
-from ..contact.checks import Array, finite_number, frozen, warns_of_odd_values
+from ..contact import ContactSystem, LoadCycle, Plotted, Shown, bar_of
+from ..contact.checks import Array, finite_number, flag, frozen, warns_of_odd_values
 from ..contact.tolerances import LEVEL
 from ..errors import NoContinuation
 from ..limits.question import pose
@@ -96,6 +96,7 @@ def dissipation_range(
     *,
     slip_bound: ArrayLike | None = None,
     steps: int | None = None,
+    progress: bool = True,
 ) -> DissipationRange:
     """Find the least and the most that the contact dissipates per steady cycle, over all residual slips that it may start with.
 
@@ -123,6 +124,8 @@ def dissipation_range(
         Largest residual slip `abs(v)` of the starts, one or one per node, length; None for no bound. A slide of the whole body counts.
     steps
         Number of increments from corner to corner. None: the exact path in the plane, 20 in space.
+    progress
+        Show a bar where the transients take more than two seconds.
 
     Raises
     ------
@@ -149,7 +152,18 @@ def dissipation_range(
     f, bound = np.array(task.friction), task.most
     load_factor = finite_number("load_factor", load_factor, least=0.0)
     starts = RangeStarts(task, load_factor)
-    runs = Search(system, cycle, f, load_factor, bound, steps)
+    with bar_of(flag("progress", progress), "dissipation range", "transient", delay=2) as bar:
+        return _range(Search(system, cycle, f, load_factor, bound, steps, bar.update), starts)
+
+
+def _range(runs: Search, starts: RangeStarts) -> DissipationRange:
+    """The range that a search from these starts finds.
+
+    Raises
+    ------
+    NoContinuation
+        No transient from any start has a result.
+    """
     followed = [runs.follow(name, slip) for name, slip in (starts.simple() | starts.under_mean_load | starts.at_corners()).items()]
     if not any(orbit.work > 0 for orbit in followed):
         followed += [runs.follow(name, slip) for name, slip in starts.witness().items()]

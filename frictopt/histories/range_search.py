@@ -1,5 +1,6 @@
 """Search over the starts for more or less steady dissipation: transients from given starts, and from where linear programs point."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -70,13 +71,22 @@ class Search:
         (N,) bound of the starts' slip, length; None for none.
     steps
         Number of increments, see `path_of`.
+    tell
+        Is called for each transient.
     """
 
     def __init__(
-        self, system: ContactSystem, cycle: LoadCycle, friction: Array, load_factor: float, most: Array | None, steps: int | None = None
+        self,
+        system: ContactSystem,
+        cycle: LoadCycle,
+        friction: Array,
+        load_factor: float,
+        most: Array | None,
+        steps: int | None = None,
+        tell: Callable[[], object] = lambda: None,
     ) -> None:
         self._asked, self._most, self._steps = (system, cycle, friction, load_factor), most, steps
-        self.transients = 0
+        self.transients, self._tell = 0, tell
         self._extremes: list[float] = []  # works of the local extremes so far
         self._rng = np.random.default_rng(0)
         self._met: list[tuple[Array, Orbit]] = []  # states after one cycle, in slip scales, and what came of them
@@ -88,6 +98,7 @@ class Search:
         state, the second one goes on as the first did.
         """
         self.transients += 1
+        self._tell()
         try:
             path = path_of(*self._asked, start, steps=self._steps).start()
             run, found = Run(path, _CYCLES), None

@@ -51,6 +51,9 @@ class SafeModel:
         self._sets: dict[bytes, SafeSet] = {}  # by the mirror planes: of the whole contact, and of its parts
         self._compiled: dict[tuple[bytes, bool], tuple[list[object], cp.Problem | None, OwnRows | None]] = {}  # by what friction can change
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(map(repr, self._posed.args))})"
+
     def _meant(self, v: SafeSet) -> dict[cp.Variable, cp.Expression]:
         """What the unknowns of the user's rows are in a program, in the user's units, on all nodes."""
         task, lam, shape = v.task, self._load if self._given else self._load * v.load_factor, self._asked.system.slip_shape
