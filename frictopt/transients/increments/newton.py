@@ -127,19 +127,22 @@ def _step(law: Law, piece: _Piece) -> Array:
     if not len(free):
         return step
     (d, c), f, unit, shrink = law.own[-2:, slip], law.friction[slip], piece.unit[:, slip], piece.shrink[slip]
+    m, ends = len(free), step != 0
+    ends[t * n + slip] = False
+    columns = np.concatenate([free, t * n + slip, np.flatnonzero(ends)])  # all others neither move nor did
     # tangential rows: (1 - shrink P) S_q + shrink d P - n f (S_p - c e_w), with P = 1 - n n' across the direction n
     across = np.eye(t)[:, :, None] - unit[:, None] * unit[None]
     share = np.eye(t)[:, :, None] - shrink * across
-    rows, normal, own = law.S[free], law.S[t * n + slip], np.arange(s)
-    sheared = rows[: t * s].reshape(t, s, rows.shape[1]).copy()
+    rows, own = law.S[np.ix_(columns[: m + s], columns)], np.arange(s)
+    rows, normal, sheared = rows[:m], rows[m:], rows[: t * s].reshape(t, s, len(columns)).copy()
     for a in axes:
         rows[a * s : (a + 1) * s] = (share[a][:, :, None] * sheared).sum(axis=0) - (f * unit[a])[:, None] * normal
         for b in axes:
-            rows[a * s + own, b * n + slip] += d * shrink * across[a, b]
-        rows[a * s + own, t * n + slip] += f * unit[a] * c
+            rows[a * s + own, b * s + own] += d * shrink * across[a, b]
+        rows[a * s + own, m + own] += f * unit[a] * c
     errors = np.concatenate([piece.error_q[:, slip].ravel(), piece.error_q[:, opened].ravel(), piece.error_p[opened]])
     root = np.sqrt(law.own.ravel()[free])
-    matrix, right = rows[:, free] / np.outer(root, root), (-errors - rows @ step) / root
+    matrix, right = rows[:, :m] / np.outer(root, root), (-errors - rows @ step[columns]) / root
     factors, pivots, singular = dgetrf(matrix)
     if not singular and dgecon(factors, np.abs(matrix).sum(axis=0).max())[0] > ROUNDING:
         step[free] = np.asarray(dgetrs(factors, pivots, right)[0]) / root
