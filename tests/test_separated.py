@@ -173,3 +173,16 @@ def test_a_node_that_the_corners_lift_rests_open_from_some_load_on():
     assert fo.shakedown_limit(node, cycle, 0.5).load_factor == pytest.approx(1 / 3)
     for load_factor, at_rest in ((0.3, True), (0.5, False), (0.9, False), (1.1, True), (5.0, True)):
         assert rests(node, cycle, 0.5, load_factor) == at_rest
+
+
+def test_nodes_that_rest_open_only_together_and_far_above_the_limit_are_found():
+    """Closed, nodes 0 and 1 slip where 0.5 (p0 - lam) < lam, from 1/3 and 0.4 on; open they are from 1 and 1.2 on. Node 2 sticks up to 5."""
+    loads = {"P": ([0, 0, 0], [1.0, 1.2, 10.0]), "N": ([0, 0, 0], [1.0, 1.0, 0]), "Q": ([1.0, 1.0, 1.0], [0, 0, 0])}
+    contact = fo.ContactSystem.from_blocks(np.eye(3), np.zeros((3, 3)), np.eye(3), [0, 1, 2], loads)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"N": -1.0, "Q": 1.0}, {"N": -1.0, "Q": -1.0}])
+    assert fo.shakedown_limit(contact, cycle, 0.5).load_factor == pytest.approx(1 / 3)
+    limit = fo.separated_limit(contact, cycle, 0.5)
+    assert limit.open.tolist() == [True, True, False] and limit.proven
+    assert (limit.least, limit.load_factor) == (pytest.approx(1.2), pytest.approx(5.0))
+    for load_factor, at_rest in ((0.3, True), (0.5, False), (1.1, False), (1.3, True), (4.9, True), (5.1, False)):
+        assert rests(contact, cycle, 0.5, load_factor) == at_rest

@@ -16,6 +16,7 @@ The largest forces and motions come from the load: with F the sum of all nodal f
 """
 
 import time
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import IO
 
@@ -27,12 +28,14 @@ from numpy.typing import ArrayLike
 from ..contact import Attempt, ContactSystem, LimitKind, LoadCycle, SolveRecord, unscaled_diagnosis
 from ..contact.checks import Array, frozen, warns_of_odd_values, whole_number
 from ..contact.tolerances import RESIDUAL
+from ..errors import FrictoptError
 from ..solve.explain import Units, explain
 from ..solve.solvers import BoundStatus, bounds
 from .answered import Answered
 from .open_nodes import border
 from .question import LimitQuestion, pose
-from .separated_sets import best_open_set
+from .separated_sets import best_open_set, open_set_limit
+from .shakedown import ShakedownModel
 from .shakedown_result import ShakedownLimit
 
 _ONE_LIMIT = 1e3 * RESIDUAL  # relative distance of limit and bound up to which they are one: mixed-integer programs are solved to a part of it
@@ -41,6 +44,8 @@ _MOST_BOOLEANS = 40  # above which a bound takes more than seconds
 _PRESSURE, _MOTION = 2.0, 10.0  # of the largest forces and motions, see above
 _SOFT = 1e-3  # stiffness of a node alone, over the mean one, below which it counts as this
 _SMALL = 1e-3  # rows are divided by the node's reactions; by this share of their mean where they are smaller
+_FAR = 64.0  # load factors at which better sets are looked for, over those of the bound
+_HALF = 0.5  # what is above it is a boolean of 1
 _TOUCHES = 1 - 1e-6  # share of the largest force or motion from which on a solution touches it
 
 
@@ -109,9 +114,10 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike
 
     It comes from a search over sets of open nodes, one program each, that starts at the answer of `shakedown_limit` and is never less. Nodes that
     rule the limit of a set, and runs of neighbours at its borders, are opened or closed as long as one of these sets is better. The best one is
-    proven to rest, others may do better. `bound` is the upper bound by a mixed-integer program of what holds at the corners, for the class of cycles
-    that `covers` names: nodes may open and close there. Whether a contact rests above it with nodes that open and close in each cycle, follows from
-    transients: `limit_after_protocol` with `start=limit.slip` and `up_to`.
+    proven to rest. `bound` is the upper bound by a mixed-integer program of what holds at the corners, for the class of cycles that `covers` names:
+    nodes may open and close there. The same program looks for a better set among all of them, up to 64 times the load factors that the bound covers.
+    Without a bound (in space, and with many nodes) other sets may do better. Whether a contact rests above it with nodes that open and close in each
+    cycle, follows from transients: `limit_after_protocol` with `start=limit.slip` and `up_to`.
 
     A contact whose pressure falls to zero at its edge slips there at any load in the continuum (Barber, Klarbring & Ciavarella 2008): its limit
     belongs to the mesh, and falls with it. Theory, eq. (19).
@@ -147,6 +153,8 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike
     task, most_nodes = pose(system, cycle, friction), whole_number("most_nodes", most_nodes, least=1)
     best = best_open_set(task, whole_number("most_sets", most_sets, least=1))
     bound = _bound(task, best, most_nodes)
+    while (better := _better_set(task, best, bound, most_nodes)) is not None:
+        best, bound = better, _bound(task, better, most_nodes)
     largest = np.nan if best is None else best.load_factor
     proven = bool(largest == np.inf or bound.value <= largest * (1 + _ONE_LIMIT) or (best is None and np.isnan(bound.value)))
     state = None if best is None else best.state
@@ -181,8 +189,8 @@ class CornerProgram:
         return any(bool((np.abs(size.value) > _TOUCHES * most).any()) for size, most in self.limited)
 
 
-def corner_program(task: LimitQuestion, least: float, most: float) -> CornerProgram:
-    """The program for load factors from `least` to `most` > 0; forces, lengths and load factors are dimensionless."""
+def corner_program(task: LimitQuestion, least: float, most: float, *, open_stay: bool = False) -> CornerProgram:
+    """The program for load factors from `least` to `most` > 0, maybe of nodes that stay open; forces, lengths and load factors are dimensionless."""
     system, (corners, _, n), f, S = task.system, task.r1.shape, task.friction, task.system.S / task.system.stiffness_scale
     at_zero, cyclic = task.r0.reshape(len(task.r0), -1), most * task.r1.reshape(corners, -1)
     largest = np.abs(at_zero).max(axis=0) + np.abs(cyclic).max(axis=0)
@@ -210,7 +218,7 @@ def corner_program(task: LimitQuestion, least: float, most: float) -> CornerProg
         "closed_sticks_backward": -moved <= cp.multiply(most_slip, either),
         "least": lam >= least / most,
         "most": lam <= 1,
-    }
+    } | ({"open_stay": opened == before @ opened} if open_stay else {})
     problem = cp.Problem(cp.Maximize(lam), [row.set_label(name) for name, row in rows.items()])
     units: Units = {"load_factor": most, "slip": length, "gap": length}
     return CornerProgram(problem, units, ((moved, most_slip), (w, most_gap), (p, most_pressure)))
@@ -259,6 +267,22 @@ def _bound(task: LimitQuestion, best: ShakedownLimit | None, most_nodes: int) ->
     return _Bound(value, why, up_to, tuple(attempts), program.problem, program.units)
 
 
+def _better_set(task: LimitQuestion, best: ShakedownLimit | None, bound: _Bound, most_nodes: int) -> ShakedownLimit | None:
+    """The limit of the open nodes of the best state in which none closes, by the program, if it is above that of the best set so far.
+
+    The load factors are those of the bound, and then far larger ones: nodes that corners lift may rest open again far above where they slip.
+    """
+    least = 0.0 if best is None else best.load_factor * (1 + _ONE_LIMIT)
+    for up_to in () if bound.problem is None else (bound.up_to,) * (bound.value > least) + (_FAR * bound.up_to,):
+        program = corner_program(task, least, up_to, open_stay=True)
+        if bounds(program.problem, most_nodes).status in (BoundStatus.OPTIMAL, BoundStatus.FOUND):
+            with suppress(FrictoptError):  # one without an answer that passes the checks is none of those known to rest
+                found = open_set_limit(ShakedownModel(task.system, task.cycle), task, program.problem.var_dict["opened"].value[0] > _HALF)
+                if found is not None and (best is None or found.load_factor > least):
+                    return found
+    return None
+
+
 def _reason(task: LimitQuestion, best: ShakedownLimit | None, bound: _Bound, proven: bool) -> str:
     if best is None:
         none = f", and the mixed-integer program finds none at load factors up to {bound.up_to:.6g}" if proven else ""
@@ -269,4 +293,4 @@ def _reason(task: LimitQuestion, best: ShakedownLimit | None, bound: _Bound, pro
         return f"the limit is infinite: the contact rests with {nodes} open at every load factor{start}"
     text = f"the contact rests with {nodes} open at all load factors up to this one{start}"
     text += border(task.system, best.open, int(best.mechanism["node"][0]), best.reactions[1]) if len(best.mechanism) else ""
-    return f"{text}; {'the mixed-integer program finds no state above it' if proven else bound.why}"
+    return f"{text}; {f'the mixed-integer program finds no state above it up to {bound.up_to:.6g}' if proven else bound.why}"
