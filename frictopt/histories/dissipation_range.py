@@ -101,13 +101,13 @@ def dissipation_range(
     """Find the least and the most that the contact dissipates per steady cycle, over all residual slips that it may start with.
 
     Transients, exact in the plane and in increments in space, start from extreme slips: those that the contact can hold under the mean load or at a
-    corner and that go furthest along the changes of the load, stretched, squeezed or turned, or unload an end of the contact (a linear program each,
-    in space a cone program); from no slip, from the slip that is safe at the shakedown limit, and, if slip stops from all of these, from the witness
-    of the guaranteed limit. From the best of them, sequential linear programming goes on over the slips of the nodes that stay locked, on which alone
-    the work depends, by the derivative of a cycle. Each step is judged by a transient. Such steps end where they find nothing better, which need not
-    be a local extreme. So random starts around both ends, two spreads of its slips away and closer, are followed too, and the search goes on from the
-    best of them, even if these are less extreme at first. Around the start of least work there are none where the contact has more than 62 nodes and
-    that work is not zero.
+    corner (of more than twelve the twelve that are furthest apart) and that go furthest along the changes of the load, stretched, squeezed or turned,
+    or unload an end of the contact (a linear program each, in space a cone program); from no slip, from the slip that is safe at the shakedown limit,
+    and, if slip stops from all of these, from the witness of the guaranteed limit. From the best of them, sequential linear programming goes on over
+    the slips of the nodes that stay locked, on which alone the work depends, by the derivative of a cycle. Each step is judged by a transient. Such
+    steps end where they find nothing better, which need not be a local extreme. So random starts around both ends, two spreads of its slips away and
+    closer, are followed too, and the search goes on from the best of them, even if these are less extreme at first. Around the start of least work
+    there are none where the contact has more than 62 nodes and that work is not zero.
 
     The result is an inner estimate, which no theorem closes: other starts may have more work. Orbits on which nodes open are counted
     but not searched from.

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..contact import LoadCycle, lengths
+from ..contact import LoadCycle, lengths, reactions
 from ..contact.checks import Array
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import ModelError, SolverError
@@ -15,6 +15,7 @@ from ..limits.question import LimitQuestion, pose
 from ..limits.safe_vertices import AdmissibleSlips
 
 _PARALLEL = ROUNDING  # directions of unit length that differ by less are one
+_CORNERS = 12  # of a sampled history, furthest apart, at which starts are looked for
 _BEYOND = 3.0, 10.0  # multiples of the extreme slips from which nodes open on the way to the mean load
 
 
@@ -46,10 +47,10 @@ class RangeStarts:
         return self._furthest(self._task.cycle.mean, "under the mean load")
 
     def at_corners(self) -> dict[str, Array]:
-        """The same at every corner."""
-        cycle, slips = self._task.cycle, dict[str, Array]()
-        for name, loads in zip(cycle.corner_names, cycle.at(self._load_factor), strict=True):
-            slips |= self._furthest(loads, f"at {name}")
+        """The same at every corner, of many at those that are furthest apart."""
+        cycle, loads, slips = self._task.cycle, self._task.cycle.at(self._load_factor), dict[str, Array]()
+        for k in _furthest_apart(reactions(self._task.system, loads)):
+            slips |= self._furthest(loads[k], f"at {cycle.corner_names[k]}")
         return slips
 
     def _furthest(self, loads: Mapping[str, float], place: str) -> dict[str, Array]:
@@ -104,6 +105,17 @@ class RangeStarts:
         return (
             changes | fields | {f"{name}, reversed": -fields[name] for name in ("stretched along tangent 1", "stretched along tangent 2", "turned")}
         )
+
+
+def _furthest_apart(vectors: Array) -> list[int]:
+    """Numbers of those of many vectors that are furthest apart: each next one is as far as can be from the nearest one chosen, and from zero."""
+    if len(vectors) <= _CORNERS:
+        return list(range(len(vectors)))
+    chosen, distance = list[int](), np.linalg.norm(vectors, axis=1)
+    for _ in range(_CORNERS):
+        chosen.append(int(distance.argmax()))
+        distance = np.minimum(distance, np.linalg.norm(vectors - vectors[chosen[-1]], axis=1))
+    return sorted(chosen)
 
 
 def shortened(slip: Array, most: Array) -> Array:
