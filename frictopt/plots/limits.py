@@ -11,9 +11,9 @@ from ..contact import ContactSystem, Onset, lengths
 from ..contact.checks import Array, Booleans
 from ..contact.tolerances import RESIDUAL
 from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, SeparatedLimit, ShakedownLimit
-from .along import circle, friction_ratio, label_contacts, lines, lines_or_band, looks, node_at, ratios
+from .along import circle, friction_ratio, label_panels, lines, lines_or_band, looks, node_at, ratios
 from .spatial import face_map, ratio_map
-from .style import BLACK, GREY, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, one_axes, picture, series
+from .style import BLACK, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, one_axes, picture, series
 
 Circles: TypeAlias = dict[int, tuple[Any, Any, Any]]
 Circled: TypeAlias = tuple[Circles, str]  # and what is circled
@@ -98,9 +98,8 @@ def _least_slip(least: LeastSlip, ax: Axes | None = None) -> Axes:
     if least.system.tangents == 2:
         return face_map(axes, least.system, least.weight, "weight of the slip between corners (1 / length)")
     lines_or_band(axes, least.system, least.g, least.cycle.corner_names, np.argsort(-np.abs(least.g).sum(axis=1), kind="stable").tolist())
-    axes.axhline(0, color=GREY, lw=0.6, zorder=0)
     axes.set_ylabel("weight $g$ of the slip (1 / length)")
-    label_contacts(axes, least.system)
+    label_panels([axes], least.system)
     legend(axes)
     return axes
 
@@ -135,9 +134,8 @@ def _reserve(found: SafeSlip | Design, ax: Axes | AxesArray | None, title: str, 
         return upper
     upper.set_xlabel("")
     lines(below[0], system, profile, color=BLACK, marker=".", markersize=3)
-    below[0].axhline(0, color=GREY, lw=0.8)
     below[0].set_ylabel(name)
-    label_contacts(below[0], system)
+    label_panels(below, system)
     return np.array([upper, *below])
 
 

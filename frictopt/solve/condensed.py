@@ -5,8 +5,9 @@ With `b = block y` and W the scaling of slacks and multipliers, a step of an int
     sparse' z + [block' m, -m] = [u, 0],   sparse [y, b] - W^2 z = v
 
 so that `K [y, b] + [block' m, -m]` is known, with `K = sparse' W^-2 sparse`, which has a small block for each node, but for the few unknowns that all
-nodes share, such as the load factor. Either b is put in, which leaves a dense matrix of the size of y. Or, where b has less parts than y, K is
-inverted, which leaves one of the size of m: a third of the work, until slacks and multipliers differ so much that rounding spoils it.
+nodes share, such as the load factor. Either b is put in, which leaves a dense matrix of the size of y. Or, where b has fewer parts than y, K is
+inverted, which leaves one of the size of m: a third of the work (a limit of 1,296 nodes takes 0.6 of the time), until slacks and multipliers differ
+so much that rounding spoils it.
 """
 
 import numpy as np
