@@ -212,3 +212,8 @@ def test_a_guaranteed_limit_names_its_node_and_the_loads_at_which_it_is_on_its_b
     place = ", ".join(f"{part:.3g}" for part in FLAT.points[node])
     assert len(on) > 1 and ax.get_title().splitlines()[1:] == [f"node {node} at ({place}): on its bound at", "; ".join(on)]
     assert node > 0 and np.allclose(marks(ax)[1].get_offsets(), FLAT.points[[node], :2], atol=1e-14)
+
+
+def test_the_work_of_a_study_in_space_is_not_per_depth():
+    axes = fo.plot_study(fo.dissipation_study(UNCOUPLED, cycle(2), F, [0.1, 2.0], progress=False))
+    assert axes.get_ylabel().endswith("\n(force times length)")

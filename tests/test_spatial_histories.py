@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.collections import PathCollection
 
 import frictopt as fo
 from frictopt.histories.ascent import _tangents, increment_map
@@ -92,6 +93,16 @@ def free():
     contact, loads = random_contact(np.random.default_rng(5), 2), cycle(2)
     asked = contact, loads, 0.5, 1.4 * fo.shakedown_limit(contact, loads, 0.5).load_factor
     return asked, fo.dissipation_range(*asked, steps=2)
+
+
+@pytest.mark.usefixtures("no_figures_stay_open")
+def test_a_range_is_drawn_as_maps_of_both_its_ends(free):
+    _, found = free
+    for axes, name, steady in zip(found.plot(), ("least", "most"), (found.least_state, found.most_state), strict=True):
+        shown = next(points.get_array() for points in axes.collections if isinstance(points, PathCollection) and points.get_array() is not None)
+        assert (
+            np.allclose(shown, steady.dissipation_per_node, rtol=1e-12) and f"{name} work found, $W = {steady.dissipation:.4g}$" in axes.get_title()
+        )
 
 
 @pytest.mark.slow

@@ -14,7 +14,7 @@ if TYPE_CHECKING:  # matplotlib need not be installed
     from ..contact import Table
     from .style import AxesArray
 
-_NEEDED = ("friction", "friction_std", "friction_number", "load_factor", "load_ratio", "family", "outcome", "dissipation")
+_NEEDED = ("friction", "friction_std", "friction_number", "load_factor", "load_ratio", "family", "outcome", "dissipation", "engine")
 
 
 def draw(result: object, ax: "Axes | AxesArray | None" = None, kind: str = "", **options: object) -> "Axes | AxesArray":

@@ -167,7 +167,8 @@ def runs_of(table: Table, ax: Axes | None = None) -> Axes:
             scattered = rf" $\pm$ {row['friction_std']:.2g}" if row["friction_std"] > 0 else ""
             axes.plot([], [], color=series(number)["color"], lw=3, label=f"$f$ = {row['friction']:.4g}{scattered}")
     axes.axhline(low, color=BLACK, lw=0.6)
-    axes.set(yscale="log", ylim=(low / 4, high), ylabel="work of friction per cycle, $W$\n(force times length per depth)")
+    per_depth = " per depth" if (table["engine"] == "path").any() else ""  # in space a study has increments alone
+    axes.set(yscale="log", ylim=(low / 4, high), ylabel=f"work of friction per cycle, $W$\n(force times length{per_depth})")
     axes.annotate("$W = 0$", (1, low / 2), (5, 0), xycoords=("axes fraction", "data"), textcoords="offset points", va="center")
     axes.set_xlabel(r"load factor over the shakedown limit, $\lambda / \lambda_2$" if bounded else r"load factor $\lambda$")
     if bounded:

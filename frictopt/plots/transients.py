@@ -12,7 +12,7 @@ from ..histories.dissipation_range import DissipationRange
 from ..transients import LoadLoop, SteadyState, Trajectory
 from .along import label_panels, lines, lines_or_band, node_at
 from .spatial import steady_map
-from .style import BLACK, GREY, AxesArray, Look, legend, line, new_axes, picture, series
+from .style import BLACK, FACE, GREY, AxesArray, Look, legend, line, new_axes, picture, series
 
 _DOTS: Look = {"marker": ".", "markersize": 3}
 _LOOKS: dict[str, Look] = {"q": {"band": series(0)["color"]}, "p": {"band": series(1)["color"], "lw": 0.5, "alpha": 0.8}}
@@ -88,9 +88,18 @@ def _load_loop(loop: LoadLoop, ax: Axes | None = None) -> Axes:
 
 @picture.register
 def _dissipation_range(found: DissipationRange, ax: AxesArray | None = None) -> AxesArray:
-    """Two panels: slip range and work of friction per cycle of the steady states with the least and with the most work found."""
+    """Two panels: slip range and work of friction per cycle of the steady states with the least and with the most work found.
+
+    In space a map of each of the two states.
+    """
+    ends = {"least work found": found.least_state, "most work found": found.most_state}
+    if found.least_state.system.tangents == 2:
+        panels = new_axes(ax, 2, (FACE[0], 2 * FACE[1]), common_x=False)
+        for axes, (name, steady) in zip(panels, ends.items(), strict=True):
+            steady_map(steady, axes).set_title(rf"$\lambda = {steady.load_factor:.4g}$: {name}, $W = {steady.dissipation:.4g}$ per cycle")
+        return np.array(panels)
     slip, work = panels = new_axes(ax, 2, (6.4, 5.4))
-    for number, (name, steady) in enumerate((("least work found", found.least_state), ("most work found", found.most_state))):
+    for number, (name, steady) in enumerate(ends.items()):
         _slip_and_work(slip, work, steady, **line(number), label=name)
     slip.set_title(rf"$\lambda = {found.least_state.load_factor:.4g}$: $W$ from {found.least:.4g} to {found.most:.4g} per cycle found")
     legend(slip)
