@@ -39,6 +39,8 @@ def check(limit):
         angles = np.sort(np.angle(ways))  # no half-plane holds all
         assert limit.load_factor == 0 or np.diff(np.r_[angles, angles[0] + 2 * np.pi]).max() <= np.pi + 1e-5
         assert q.ndim == 3 or q[at[0], i] <= 1e-8 * force
+        assert max(np.max(row.violation()) for row in limit.problem.constraints) < 1e-6, "its problem holds its own solution, not that of another node"
+        assert limit.problem.var_dict["load_factor"].value * limit._units["load_factor"] == pytest.approx(limit.load_factor, rel=1e-8, abs=1e-9)
 
 
 @pytest.mark.parametrize("simplify", [True, False])
@@ -110,7 +112,8 @@ def test_a_slip_bound_raises_the_limit_and_the_witness_keeps_within(punch, paper
         assert np.abs(limit.slip).max() <= most
     assert limits[0] == pytest.approx(free.load_factor, rel=1e-8)
     assert np.all(np.diff(limits) >= -1e-9) and limits[2] > 1.05 * free.load_factor and limits[-1] <= free.shakedown.load_factor
-    assert fo.guaranteed_limit(contact, paper_cycle, 0.5, slip_bound=0.0).kind is fo.LimitKind.NO_SAFE_SLIP  # some nodes slip under P alone
+    nothing = fo.guaranteed_limit(contact, paper_cycle, 0.5, slip_bound=0.0)  # some nodes slip under P alone
+    assert nothing.kind is fo.LimitKind.NO_SAFE_SLIP and nothing.proven and np.isnan(nothing.load_factor) and np.isnan(nothing.reactions).all()
     only = np.where(np.arange(17) == 8, 0.0, 1e3)
     assert fo.guaranteed_limit(contact, paper_cycle, 0.5, slip_bound=only).load_factor == pytest.approx(free.load_factor, rel=1e-6)
 
@@ -157,7 +160,8 @@ def test_a_wrong_answer_is_refined_and_a_false_denial_not_believed(punch, paper_
 
 def test_the_problem_is_named_dpp_and_compiled_once(punch, paper_cycle):
     model = fo.GuaranteedModel(punch(16), paper_cycle, slip_bound=10.0)
-    first, second = model.solve(0.3), model.solve(0.5)
+    first, second, again = model.solve(0.3), model.solve(0.5), model.solve(0.5)
+    assert len(again.record.attempts) == len(second.record.attempts)
     assert first.problem is second.problem and first.problem.is_dpp()
     labels = ["load_factor_not_negative", "forward_slip_bound", "backward_slip_bound", "no_forward_slip", "no_backward_slip", "critical"]
     assert [constraint.label for constraint in first.problem.constraints] == labels
