@@ -53,6 +53,11 @@ def test_a_body_1_that_is_coarser_than_its_partner():
     fine, coarse = np.linspace(-1, 1, 41), np.linspace(-1, 1, 9)
     (told,) = warned(lambda: model(x=(coarse, fine)))
     assert told.startswith("contacts: 'contact': the edges of body 'punch' are 5.0 times as long as those of body 'block'")
+    far = np.linspace(1, 2, 101)[1:]  # far finer, but beside the contact
+    face = MeshQuad.init_tensor(np.r_[-far[::-1], fine, far], np.array([-1.0, 0.0])).with_defaults()
+    bodies = {"punch": blocks(x_punch=coarse)["punch"], "block": fo.Body(face)}
+    wide = [fo.Support("block", "bottom")], {"P": [fo.Traction("punch", "top", y=-1.0)]}, [fo.Contact("punch", "block", boundary_2="top")]
+    assert warned(lambda: fo.ContactModel(bodies, *wide)) == [told]
     assert not warned(lambda: model(x=(fine, coarse))) and not warned(lambda: model(x=(coarse, np.linspace(-1, 1, 33))))
 
 
