@@ -91,6 +91,7 @@ def test_any_cycle_against_linear_programs_of_all_corners(seed, nodes, corners, 
 def test_bounds_of_the_nodes_hold_on_a_finer_mesh(punch, paper_cycle, friction):
     limit, every = (fo.guaranteed_limit(punch(40), paper_cycle, friction, simplify=simplify) for simplify in (True, False))
     assert limit.load_factor == pytest.approx(every.load_factor, rel=1e-8)
+    check(every)
     assert np.all(limit.to_frame().load_factor <= every.to_frame().load_factor * (1 + 1e-8) + 1e-12)
     assert len(limit.record.attempts) < len(every.record.attempts)
     how, left_out = limit.to_frame().how, " ".join(limit.record.left_out)

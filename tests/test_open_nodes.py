@@ -166,7 +166,8 @@ def test_what_is_said_of_a_rounded_punch(punch, paper_cycle):
 def test_transients_verify_a_guaranteed_limit_with_open_nodes(seed):
     """Slip goes on from the witness just above it, and dies out from random slips just below."""
     rng = np.random.default_rng(seed)
-    contact, friction = pulled_system(rng, int(rng.integers(2, 7))), float(rng.uniform(0.1, 1.0))
+    contact = pulled_system(rng, int(rng.integers(2, 7)))
+    friction = rng.uniform(0.1, 1.0, contact.nodes)
     limit = fo.guaranteed_limit(contact, CYCLE, friction)
     of_witness(limit)
     check = limit.verify(starts=10, moved=1)
