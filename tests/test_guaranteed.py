@@ -39,7 +39,7 @@ def check(limit):
         angles = np.sort(np.angle(ways))  # no half-plane holds all
         assert limit.load_factor == 0 or np.diff(np.r_[angles, angles[0] + 2 * np.pi]).max() <= np.pi + 1e-5
         assert q.ndim == 3 or q[at[0], i] <= 1e-8 * force
-        assert max(np.max(row.violation()) for row in limit.problem.constraints) < 1e-6, "its problem holds its own solution, not that of another node"
+        assert max(np.max(row.violation()) for row in limit.problem.constraints) < 1e-6, "its problem has its own solution, not another node's"
         assert limit.problem.var_dict["load_factor"].value * limit._units["load_factor"] == pytest.approx(limit.load_factor, rel=1e-8, abs=1e-9)
 
 
