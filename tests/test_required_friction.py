@@ -245,6 +245,22 @@ def test_less_friction_is_enough_with_the_node_that_it_leaves_open():
     assert mean[3] < 1.2 * S[3, 3] and "residual slip alone presses node 1" in pressed.reason and "separated_limit" not in opened.reason
 
 
+def test_less_friction_is_enough_with_a_node_that_is_pressed_until_it_slips():
+    """Glued, the mean load presses both nodes, by 0.29 and 0.08. With a friction of 0.1 node 0 slips open, so 1 rests alone; with 0.3 both close."""
+    S = np.array([[0.67, -0.19, 0.1, -0.35], [-0.19, 0.43, 0.12, -0.26], [0.1, 0.12, 0.32, -0.13], [-0.35, -0.26, -0.13, 0.87]])
+    mean, corners = np.array([1.53, 0.36, 0.29, 0.08]), np.array([[-0.76, 1.11, 0.61, -0.2], [-0.69, 0.35, 0.71, 0.42]])
+    contact = fo.ContactSystem(S, [[0, 0], [1, 0]], {"P": mean} | {str(k): r for k, r in enumerate(corners)})
+    required = fo.required_friction(contact, fo.LoadCycle({"P": 1.0}, [{"0": 1.0}, {"1": 1.0}]), 0.05)
+    take = S[[1, 3]][:, [0, 2]] @ np.linalg.inv(S[[0, 2]][:, [0, 2]])
+    loads = mean + 0.05 * corners
+    q, p = (loads[:, [1, 3]] - loads[:, [0, 2]] @ take.T).T[:, None] + np.multiply.outer(
+        S[[1, 3], 1] - take @ S[[0, 2], 1], np.linspace(-4, 4, 800_001)
+    )[..., None]
+    ratio = np.where(p > 0, np.abs(q) / p, np.inf).max(axis=1)
+    assert required.required == pytest.approx(ratio.min(), rel=1e-3) and required.open.tolist() == [True, False]
+    assert required.reason == "no residual slip is safe with a little less: see the mechanism"
+
+
 def test_a_node_in_space_needs_the_radius_of_the_smallest_circle_around_its_shears():
     """Three shears of size 1, 120 degrees apart, and a mean shear that slip takes away; pressed by 2: f = 1 / 2, at half the load a quarter."""
     node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 2], "X": [1, 0, 0], "Y": [0, 1, 0]})

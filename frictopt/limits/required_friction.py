@@ -25,7 +25,7 @@ _PROVEN_FRICTION = 100 * RESIDUAL  # share between the two friction coefficients
 _WIDEST_PROOF = 1e4 * RESIDUAL  # and the largest: a small node has a small part of the margin
 _LEAST_FRICTION = 1e-6  # which linear programs can tell from 0
 _MORE_FRICTION = tuple(4.0**k for k in range(1, 8))  # tried where 1 is not enough, up to what linear programs can tell from inf
-_LESS_FRICTION = tuple(0.7**k for k in range(1, 7))  # shares tried below an answer where the mean load may open nodes
+_LESS_FRICTION = tuple(0.7**k for k in range(1, 13))  # shares tried below an answer where the mean load may open nodes
 _NO_LEAST_PRESSURE = RESIDUAL  # pressure, over the force scale, that counts as none: it has the error of an answer
 
 
@@ -117,7 +117,7 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     none_needed = alike and asked.proven(0.0, True)  # else no slip takes the shear off at all corners
     if not (none_needed or asked.proven(most, True)):
         pressed, record = best_pressed(system, cycle, load_factor, slip_bound)
-        tried = (() if pressed.impossible and not asked.opened else _MORE_FRICTION) + (_LESS_FRICTION if asked.may_open else ())
+        tried = (() if pressed.impossible and not asked.opened else _MORE_FRICTION) + (_LESS_FRICTION if asked.opens_below(most) else ())
         most = next((friction for friction in tried if asked.proven(friction, True)), np.inf)
         if pressed.impossible and most == np.inf:
             mechanism, record = pressed.motion.table(system, cycle.corner_names), replace(record, seconds=perf_counter() - started)
@@ -150,7 +150,8 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
                 )
         enough, too_little, bound = asked.safe(root * (1 + step)), asked.safe(root * (1 - step)), root * (1 - step)
         mechanism = too_little._motion.table(system, cycle.corner_names)
-        why = f"no residual slip{within} is safe with {'a little ' * asked.may_open}less: see the mechanism"
+        closed = ", all nodes closed" * (asked.slip_opens and not asked.may_open)
+        why = f"no residual slip{within} is safe with {'a little ' * asked.may_open}less{closed}: see the mechanism"
     attempts = enough.record.attempts + too_little.record.attempts * (too_little is not enough)
     residual, seconds = max(enough.residual, too_little.residual), perf_counter() - started
     record = replace(enough.record, attempts=attempts, residual=residual, seconds=seconds)
@@ -165,6 +166,9 @@ class _Asked:
         self._model, self._load_factor = model, load_factor
         self.may_open = bool((model._asked.r0[:, -1] < 0).any())
         """Whether the mean load may open nodes, more or fewer of them with more friction."""
+        task = model._asked
+        self.slip_opens = not task.uncoupled and float(np.abs(task.r0[:, :-1]).max()) > RESIDUAL * task.force
+        """Whether slip under the mean load may open nodes that it presses while they stick."""
         self._found: dict[float, SafeSlip] = {}
 
     def safe(self, friction: float) -> SafeSlip:
@@ -192,8 +196,14 @@ class _Asked:
             if not (max(least, _LEAST_FRICTION) < friction + step < most and abs(step) < before / 2):
                 step = (least + most) / 2 - friction
             friction, before = friction + step, abs(step)
-        less = (share * friction for share in _LESS_FRICTION if self.may_open)
+        less = (share * friction for share in _LESS_FRICTION if self.opens_below(friction))
         return next((self.root(enough) for enough in less if self.proven(enough, True)), friction)
+
+    def opens_below(self, friction: float) -> bool:
+        """Whether the mean load may open nodes with some of the lower frictions that are tried: not if all stay closed with the least of them."""
+        model, least = self._model, _LESS_FRICTION[-1] * friction
+        self.may_open = self.may_open or (self.slip_opens and not model._closed_somewhere(model._posed(least)))
+        return self.may_open
 
     def proven(self, friction: float, exists: bool) -> bool:
         """Whether it is proven that a safe slip exists, or that none does."""
