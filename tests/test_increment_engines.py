@@ -93,19 +93,13 @@ def test_increments_in_turn_are_those_one_by_one(seed, nodes, in_space, friction
 
 @pytest.mark.parametrize("in_space", [False, True])
 def test_programs_with_frozen_bounds_give_the_same_states(in_space):
-    compared = 0
     for seed in range(12):
         engine, drawn = random_problem(seed, 1 + seed, in_space, 0.3)
         contact, rng = engine.system, np.random.default_rng(seed)
         slip, load = 0.3 * rng.normal(size=contact.slip_shape), parted(drawn(), contact.tangents + 1)
         one = engine.solve(slip, load)
-        try:
-            other = FrozenBoundIncrement(contact, 0.3).solve(slip, load)
-        except fo.SolverError:
-            continue  # the sweeps need not settle
+        other = FrozenBoundIncrement(contact, 0.3).solve(slip, load)
         assert np.abs(one.slip - other.slip).max() < 1e-8 and np.abs(one.q - other.q).max() < 1e-8 and other.problem.is_dpp()
-        compared += 1
-    assert compared >= 10
 
 
 def test_a_wedged_node_stays_and_its_other_state_is_found():

@@ -211,7 +211,9 @@ def test_constraints_raise_the_guaranteed_limit_and_the_problem_is_that_of_its_n
         if limit.node is not None:
             assert "slips obey constraints[0]" in limit.reason
             printed = explained(limit)
-            assert "critical                 2, affine, 2 of 2 rows bind" in printed
+            assert "critical                 2, affine, 2 of 2 rows bind" in printed and limit.load_rates.rate.isna().all()
+            with pytest.raises(fo.ModelError, match=r"after_overload: the limit is under constraints\[0\]"):
+                limit.after_overload()
     assert raised > 2
 
 
