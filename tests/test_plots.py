@@ -326,7 +326,7 @@ def test_fields_show_the_von_mises_stress_of_all_bodies():
         xx, yy, xy, zz = fields.stress[body]
         deviator = np.array([[xx, xy, 0 * xx], [xy, yy, 0 * xx], [0 * xx, 0 * xx, zz]]) - np.eye(3)[:, :, None] * (xx + yy + zz) / 3
         assert np.allclose(colours.get_array(), np.sqrt(1.5 * (deviator**2).sum(axis=(0, 1))), rtol=1e-12)
-        corners = model.bodies[body].mesh.p.T[colours._triangulation.triangles]
+        corners = model.bodies[body].mesh.p.T[np.unique(np.sort(colours._triangulation.triangles, axis=1), axis=0)]
         sides = np.ptp(model.bodies[body].mesh.p, axis=1)
         assert np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])).sum() / 2 == pytest.approx(sides.prod()), "triangles fill the body"
     (bar,) = [one for one in ax.figure.axes if one is not ax]
