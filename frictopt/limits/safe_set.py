@@ -13,13 +13,13 @@ from typing import Any, Self, TypeAlias
 
 import cvxpy as cp
 import numpy as np
-from scipy.linalg import qr
+from scipy.linalg import qr, svd
 from scipy.optimize import nnls
 from scipy.sparse import csr_array
 
 from ..contact import lengths
 from ..contact.checks import Array, Integers
-from ..contact.tolerances import RESIDUAL
+from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..solve.explain import Units
 from .answered import Mechanism
 from .design_loads import DesignLoads
@@ -56,8 +56,9 @@ class SafeSet(ABC):
         (t N, k) slips that need no force, length; k is 0 where there are none.
     loaded, size
         (m,) row of `to_shear` that each traction acts on alone, and its entry there.
-    traction, slide
-        The unknowns: nodal tractions, and rigid slides, which no row feels but those that bound the slip.
+    traction, slides
+        The unknowns: nodal tractions; and rigid slides, with their slips, length, and the gaps (O, k) that they open, length. Slides apart that open
+        none (None): no row feels them but those that bound the slip, where rounding would let them go as far as it makes gaps of them.
     shear, pressure
         (t N,) and (N,) what slip and design add to the shear and normal forces, in the units of the nodes, affine cvxpy expressions.
     load_factor, margin
@@ -96,8 +97,8 @@ class SafeSet(ABC):
         normal = task.AB[len(each) :] @ slip / self.unit[:, None]
         self.size = 1 / np.maximum(np.abs(normal).max(axis=0), 1.0)
         self.to_slip, self.to_shear, self.to_pressure = slip * self.size, csr_array(basis * self.size), normal * self.size
-        self.rigid = rigid * (task.force / (task.stiffness[: len(rigid)] @ rigid**2))
-        self.traction, self.slide = cp.Variable(len(self.loaded), name="traction"), cp.Variable(modes, name="slide") if modes else None
+        self.traction, self.rigid = cp.Variable(len(self.loaded), name="traction"), rigid * (task.force / (task.stiffness[: len(rigid)] @ rigid**2))
+        self.slides = self._slides(task.lift)
         self.shear, self.pressure = self.to_shear @ self.traction, self.to_pressure @ self.traction
         if design is not None:
             forces = design.forces(self.unit)
@@ -141,18 +142,30 @@ class SafeSet(ABC):
         posed.units = {"load_factor": task.load_unit, "objective": own.objective_unit or task.load_unit, **forces, **designed}
         return posed
 
+    def _slides(self, lift: Array | None) -> list[tuple[Array, Array | None, cp.Variable]]:
+        """See the attribute."""
+        modes = self.rigid.shape[1]
+        if lift is None or not modes:
+            return [(self.rigid, None, cp.Variable(modes, name="slide"))] if modes else []
+        turned = self.rigid @ svd(lift @ self.rigid)[2].T
+        gaps = lift @ turned
+        opening = (np.abs(gaps) > ROUNDING * (np.abs(lift) @ np.abs(turned))).any(axis=0)
+        aside, opens = np.flatnonzero(~opening), np.flatnonzero(opening)
+        parts = (("slide", aside, None), ("opening_slide", opens, gaps[:, opens]))
+        return [(turned[:, which], made, cp.Variable(len(which), name=name)) for name, which, made in parts if len(which)]
+
     @property
     def slip(self) -> cp.Expression:
         """(t N,) slip by component, length, an affine cvxpy expression."""
-        slip = self.to_slip @ self.traction
-        return slip if self.slide is None else slip + self.rigid @ self.slide
+        return sum((part @ slide for part, _, slide in self.slides), self.to_slip @ self.traction)
 
     @property
     def solved_slip(self) -> Array:
         """(N,) or (N, 2) slip of the solution, within its bound."""
         slip, most = self.to_slip @ self.traction.value, self.task.most
-        if self.slide is not None and self.slide.value is not None:
-            slip = slip + self.rigid @ self._slid(self.slide)
+        for part, opens, slide in self.slides:
+            if slide.value is not None:
+                slip = slip + part @ (np.asarray(slide.value) if opens is None else self._slid(opens, slide))
         slip = slip.reshape((-1, *self.task.system.slip_shape[1:]), order="F")
         if most is None:
             return np.asarray(slip)
@@ -162,13 +175,13 @@ class SafeSet(ABC):
         size = lengths(slip, most)  # cut to the bound that it exceeds by no more than the tolerance of solvers
         return np.asarray(np.where(size > most, slip.T / np.where(size > 0, size, 1.0) * most, slip.T).T)
 
-    def _slid(self, slide: cp.Variable) -> Array:
+    def _slid(self, opens: Array, slide: cp.Variable) -> Array:
         """The slide of the solution; where the gaps of open nodes alone feel it, the smallest one, for interior points go as far as gaps grow."""
-        row, found, lift = self.rows.get("stays_open"), np.asarray(slide.value), self.task.lift
-        if row is None or lift is None or self.own.rows or self.task.most is not None:
+        row, found = self.rows["stays_open"], np.asarray(slide.value)
+        if self.own.rows or self.task.most is not None:
             return found
         slide.save_value(np.zeros(len(found)))
-        opens, lack = (lift @ self.rigid / self._room[:, None])[self._closing[1]], row.expr.value - RESIDUAL / 10
+        opens, lack = (opens / self._room[:, None])[self._closing[1]], row.expr.value - RESIDUAL / 10
         columns, last = np.vstack([opens.T, lack]), np.eye(len(found) + 1)[-1]
         *way, share = columns @ nnls(columns, last)[0] - last  # the problem of least distance of Lawson & Hanson
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -205,14 +218,15 @@ class SafeSet(ABC):
         """Rows by which open nodes stay open, at the corners that rule them; gaps are divided by what unit unknowns and loads make of them."""
         task = self.task
         self._closing = corner, node = ruling(-task.w0, -task.w1, self._given)
-        of_slip = np.abs(lift @ np.hstack([self.to_slip, self.rigid])).max(axis=1, initial=0.0)
+        gaps = [(lift @ self.to_slip, self.traction), *((opens, slide) for _, opens, slide in self.slides if opens is not None)]
+        of_slip = np.abs(np.hstack([by for by, _ in gaps])).max(axis=1, initial=0.0)
         room = np.max([of_slip, np.abs(task.w0).max(axis=0), task.load_unit * np.abs(task.w1).max(axis=0)], axis=0)
         self._room = np.where(room > 0, room, task.clearance)
         room = self._room[node]
         lam: Any = self._given if load_factor is None else task.load_unit * load_factor
         reserve = 0.0 if margin is None else task.clearance / room * margin
         w0 = np.broadcast_to(task.w0, task.w1.shape)
-        gap = w0[corner, node] / room + lam * (task.w1[corner, node] / room) + (lift[node] / room[:, None]) @ self.slip
+        gap = w0[corner, node] / room + lam * (task.w1[corner, node] / room) + sum((by[node] / room[:, None]) @ unknown for by, unknown in gaps)
         return {"stays_open": gap >= reserve}
 
     def held(self) -> tuple[Array | None, Array | None]:

@@ -30,6 +30,7 @@ _STEPS = 100
 _ENOUGH = 1e-10  # errors with which it ends: of the rows, of the multipliers, and between the two objectives, over their sizes
 _WAITING = 5  # steps that do not halve the work of the cones after which rounding is all that is left
 _NEARLY = 1e-7  # errors up to which it ends where rounding leaves no further step, for others to judge
+_NO_OPTIMUM = 1e-12  # tau over kappa up to which there is no optimum, and rounding is all that the proof lacks
 _AGAIN = 2  # times that the curvature is met again at most
 _STAY = 0.98  # share of the way to the boundary of the cones
 
@@ -89,14 +90,14 @@ class _Residuals:
         sizes = max(1.0, float(np.abs(h).max())), max(1.0, float(np.abs(c).max())), max(1.0, abs(float(c @ y)) / tau)
         lacks = float(np.abs(self.primal).max()) / sizes[0], float(np.abs(self.dual).max()) / sizes[1], abs(float(c @ y + h @ z)) / sizes[2]
         self.error = max(lacks) / tau
-        self._pull, self._drop = -float(h @ z), -float(c @ y)
+        self._pull, self._drop, self._enough = -float(h @ z), -float(c @ y), _ENOUGH if tau > _NO_OPTIMUM * kappa else _NEARLY
 
     @property
     def without_optimum(self) -> str:
         """Clarabel's word for a program without an optimum where the point proves it; else none."""
-        if self._pull > 0 and np.abs(self.columns).max() <= _ENOUGH * self._pull:
+        if self._pull > 0 and np.abs(self.columns).max() <= self._enough * self._pull:
             return "PrimalInfeasible"
-        return "DualInfeasible" if self._drop > 0 and np.abs(self.rows).max() <= _ENOUGH * self._drop else ""
+        return "DualInfeasible" if self._drop > 0 and np.abs(self.rows).max() <= self._enough * self._drop else ""
 
 
 def _solved(program: Condensed, cones: Cones) -> tuple[str, Array, Array, int]:
