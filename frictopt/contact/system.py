@@ -4,7 +4,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
-from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
 
@@ -251,12 +250,6 @@ class ContactSystem(Shown, Plotted):
         most = own.max(axis=0)
         most = np.where(most > 0, most, self.stiffness_scale)
         return np.asarray(np.where(own > RIGID * most, own, most).ravel())
-
-    @cached_property
-    def rigid_motions(self) -> Array:
-        """(M, k) relative motions that strain nothing, an orthonormal basis: the slides, turns and lifts of bodies that no support guides."""
-        stretch, motions = np.linalg.eigh(self.S)
-        return frozen(motions[:, stretch <= RIGID * max(stretch[-1], 0.0)])
 
     def reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
         """Bonded reactions `(q^w, p^w)` under a sum of load cases, name -> amplitude.

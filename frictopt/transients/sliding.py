@@ -4,10 +4,12 @@ from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.linalg.lapack import dpstrf
 
 from ..contact import ContactSystem
 from ..contact.checks import Array
-from ..contact.tolerances import COUNTS
+from ..contact.tolerances import COUNTS, RIGID
 from ..errors import NoContinuation, SolverError
 
 _WITHIN, _PROJECTIONS = 0.99, 50  # of the friction, so that a projection comes to lie within it; at most
@@ -20,6 +22,15 @@ class _Motion(NamedTuple):
 
     phi: Array
     residual: float
+
+
+def rigid_motions(system: ContactSystem) -> Array:
+    """(M, k) relative motions that strain nothing, an orthonormal basis: the slides, turns and lifts of bodies that no support guides."""
+    S = system.S
+    factor, order, rank, _ = dpstrf(S, tol=RIGID * np.diag(S).max())  # where pivots are rounding, the others follow what is left
+    motions = np.eye(len(S), len(S) - rank, -rank)
+    motions[:rank] = solve_triangular(factor[:rank, :rank], -factor[:rank, rank:])
+    return np.asarray(np.linalg.qr(motions[np.argsort(order)])[0])
 
 
 def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array]) -> None:
@@ -42,7 +53,7 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
     NoContinuation
         A load has no state.
     """
-    V, less, beyond = system.rigid_motions, _WITHIN * friction, dict[str, Array]()
+    V, less, beyond = rigid_motions(system), _WITHIN * friction, dict[str, Array]()
     for name, load in loads.items():
         r = load.reshape(-1, system.nodes)
         for _ in range(_PROJECTIONS):  # on either condition in turn

@@ -11,7 +11,7 @@ from ..contact import ContactSystem
 from ..contact.checks import Array, whole_number
 from ..errors import ModelError, NoContinuation, SolverError
 from .begin import OPEN, STICK, Cycle, Transient
-from .sliding import check_sliding
+from .sliding import check_sliding, rigid_motions
 
 ENGINES = MappingProxyType({"newton": "NewtonIncrement", "qp": "FrozenBoundIncrement", "milp": "ExactIncrement"})
 """Ways to solve an increment, and the names of their classes."""
@@ -82,7 +82,7 @@ class SteppedPath(Transient):
             try:
                 u, r, status = next(states)
             except (NoContinuation, SolverError) as error:
-                free = isinstance(error, SolverError) and self.system.rigid_motions.size
+                free = isinstance(error, SolverError) and rigid_motions(self.system).size
                 hint = f" ({self.forces_there(self.state.r)})" if free else ""
                 raise type(error)(f"{where}, increment {step} of {self.steps}: {error}{hint}") from error
             before = self.state

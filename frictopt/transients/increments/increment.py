@@ -17,7 +17,7 @@ from ...contact.tolerances import RESIDUAL
 from ...errors import ModelError, SolverError
 from ...solve.explain import explain
 from ..begin import HOLD, OPEN
-from ..sliding import check_sliding
+from ..sliding import check_sliding, rigid_motions
 from .newton import Law, State, newton
 
 _NO_FORCE = RESIDUAL  # a mean normal force below this share of the largest reaction is no scale: the error of an answer is as large
@@ -192,7 +192,7 @@ class FrictionIncrement(ABC):
     @property
     def _remedy(self) -> str:
         """Why there may be no state, and what to change."""
-        if self.system.rigid_motions.size:
+        if rigid_motions(self.system).size:
             return f"the body may slide or open as a whole, or friction is above the critical value there: {HOLD}"
         return "try smaller load steps, or less friction (above the critical friction there may be no state, or several)"
 
