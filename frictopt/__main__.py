@@ -30,7 +30,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         try:
             asked = _parser().parse_args(arguments)
             for name in ("file", "job", "history"):
-                if (given := getattr(asked, name, None)) and not Path(given).is_file():
+                given = getattr(asked, name, None)
+                if given and not (Path(given).exists() or Path(f"{given}.sti").exists()):  # a job may go without ending
                     raise FileNotFoundError(f"there is no file {given!r}; give its path")
             for name, endings in (("table", WRITERS), ("picture", ()), ("system", (".npz",))):
                 if getattr(asked, name, None):

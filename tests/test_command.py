@@ -86,7 +86,8 @@ def test_a_history_in_a_file_is_a_load_cycle(capsys):
 def test_a_job_of_calculix_becomes_a_system_and_is_looked_at(capsys, flat):
     load = ["--load", "P=N_TOP:pressure=1", "Q=N_TOP:traction=1,0"]
     assert main(["look", str(FLAT)]) == 0 and "faces that match: 26 pairs" in capsys.readouterr().out
-    assert main(["condense", str(FLAT), "flat.npz", "--contact", "N_CONTACT_PUNCH", "N_CONTACT_BLOCK", *load]) == 0
+    for job in (FLAT, FLAT.with_suffix("")):
+        assert main(["condense", str(job), "flat.npz", "--contact", "N_CONTACT_PUNCH", "N_CONTACT_BLOCK", *load]) == 0
     loads = {"P": flat.force("N_TOP", pressure=1.0), "Q": flat.force("N_TOP", traction=[1.0, 0.0])}
     pairs = flat.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK")
     expected = fo.condense(flat.K, loads, pairs, [0.0, 1.0], flat.unknowns, flat.points)

@@ -132,6 +132,7 @@ OTHERWISE = [  # the same, in other ways
     ("20, 0., 1.D0", "20, , 1.D0"),
     ("10, 0., 0.\n", "10,,\n"),
     ("10, 0., 0.\n", "*INCLUDE,\nINPUT=ten.txt\n"),
+    ("10, 0., 0.\n", "*INCLUDE, PASSWORD=sesame, INPUT=ten.txt, NOTE=a=b\n"),
     ("10, 0., 0.\n20, 0., 1.D0\n", '*include, input="sub/ten.txt",\n20, 0., 1.D0\n'),
     ("Left, 30\n40,", '"LEFT", 30\n40,'),
     ("Left, 30\n40,", "Left, 30\n*NSET, NSET=BOTH, GENERATE\n40, 40"),
@@ -152,7 +153,15 @@ def test_decks_that_say_the_same_are_the_same(squares, old, new):
     assert {name: sorted(rows) for name, rows in deck.sets.items()} == {name: sorted(rows) for name, rows in plain.sets.items()}
 
 
-@pytest.mark.parametrize(("old", "new"), [("*node", "*part, name=a\n*node"), ("*node, nset=Left", "*system\n*node, nset=Left, system=r")])
+UNUSED = [
+    ("*node", "*part, name=a\n*node"),
+    ("*node, nset=Left", "*system\n*node, nset=Left, system=r"),
+    ("*NSET, NSET=Both", "*instance, name=a-1, part=a\n 0., 0., 0.\n*NSET, NSET=Both"),
+    ("*NSET, NSET=Both", "*ELEMENT, TYPE=MASS\n1, 10\n*ELEMENT, TYPE=U1\n9, 10, 20, 30,\n9, 50\n*NSET, NSET=Both"),  # two lines of nodes
+]
+
+
+@pytest.mark.parametrize(("old", "new"), UNUSED)
 def test_what_says_nothing_of_the_mesh_is_passed_over(squares, old, new):
     (squares / "job.inp").write_text(SQUARES.replace(old, new))
     assert fo.read_calculix(squares / "job").deck.sets.keys() == {"LEFT", "RIGHT", "BOTH"}

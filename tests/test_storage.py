@@ -142,11 +142,17 @@ def test_files_that_cannot_be_written_or_named_are_refused(tmp_path):
             fo.ContactSystem.load(path)
 
 
-@pytest.mark.parametrize("name", ["a.csv", "a.npz.gz", "a.xlsx"])
+@pytest.mark.parametrize("name", ["a.csv", "a.npz.gz", "a.XLSX", "a.mat"])
 def test_no_archive_is_written_under_the_name_of_something_else(name, tmp_path):
     with pytest.raises(fo.ModelError, match=f"path: .*{name}' cannot be written .*archive.*; give a file that ends in .npz"):
         SOME.save(tmp_path / name)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["joint", "joint_f0.3", "joint.v2", "11.23.coarse", "JOINT.NPZ"])
+def test_names_with_points_are_names(name, tmp_path):
+    SOME.save(tmp_path / name)
+    assert [file.name for file in tmp_path.iterdir()] == [name] and content(fo.ContactSystem.load(tmp_path / name)) == content(SOME)
 
 
 def test_a_contact_in_space_comes_back_as_one(tmp_path):

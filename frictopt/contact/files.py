@@ -29,6 +29,7 @@ def output(name: str | Path, *endings: str) -> Path:
     return file
 
 
+_OTHERS = {*WRITERS, *".xls .txt .json .mat .h5 .hdf5 .npy .pkl .zip .gz".split()}  # no archive stands under the name of another format
 _NAMES = ("S", "points", "gap", "frames", "contact", "width", "E_star", "compliance", "units")
 _FORM = "frictopt contact system 7"
 
@@ -38,7 +39,7 @@ def write(path: str | Path, system: Any) -> None:
     plain = {name: np.array([] if (value := getattr(system, name)) is None else value) for name in _NAMES}
     bonded = [joined(*pair) for pair in system.bonded.values()]
     try:
-        if Path(path).suffix not in ("", ".npz"):
+        if Path(path).suffix.lower() in _OTHERS:
             raise ValueError("it is an npz archive")
         if Path(path).exists() and not Path(path).is_file():
             raise OSError("it is a folder or a device")

@@ -387,12 +387,12 @@ class ContactSystem(Shown, Plotted):
         return replace(self, S=S, bonded=dict(zip(self.bonded, R.T, strict=True)), compliance=L)
 
     def save(self, path: str | Path) -> None:
-        """Write the system to a file as an npz archive of plain arrays (no pickle), under exactly its name, which ends in `.npz` or has no ending.
+        """Write the system to a file as an npz archive of plain arrays (no pickle), under exactly its name: `joint.npz`, or `joint_f0.3`.
 
         Raises
         ------
         ModelError
-            The file cannot be written, or has another ending.
+            The file cannot be written, or has the ending of something else, such as `.csv`.
         """
         files.write(path, self)
 

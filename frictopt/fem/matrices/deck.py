@@ -238,13 +238,12 @@ def read_deck(path: Path) -> Deck:
     if not nodes:
         raise ModelError(f"deck {path.name}: no nodes; give the input deck of the job")
     row = {name: i for i, name in enumerate(nodes)}
-    listed = {number: nodes for _, rows in solids for number, *nodes in rows}
-    if twice := sum(len(rows) for _, rows in solids) - len(listed):
+    listed = {number: nodes for _, rows in solids for number, *nodes in rows if nodes}
+    if twice := sum(bool(row[1:]) for _, rows in solids for row in rows) - len(listed):
         raise ModelError(f"deck {path.name}: {twice} numbers of elements are given twice; parts and instances are not supported, write a flat deck")
     for name, elements in within:
-        members["NSET"][name] += [
-            str(node) for number in _resolved(members["ELSET"], elements, (f"{name} of nodes",)) for node in listed.get(number, [])
-        ]
+        numbers = _resolved(members["ELSET"], elements, (f"{name} of nodes",))
+        members["NSET"][name] += [str(node) for number in numbers for node in listed.get(number, [])]
     sets = {name: _rows(row, _resolved(members["NSET"], name), f"node set {name}") for name in members["NSET"]}
     element_sets = {name: whole(_resolved(members["ELSET"], name)) for name in members["ELSET"]}
     surfaces = {name: _rows(row, _resolved(members["NSET"] | {"": own}, ""), f"surface {name}") for name, own in members["SURFACE"].items()}
@@ -272,7 +271,8 @@ def _check_listed(path: Path, keyword: str, options: Mapping[str, str], lines: S
         raise ModelError(
             f"{start} gives nodes or displacements in directions of their own; write coordinates, and the matrix, in the global directions"
         )
-    if keyword in _MAKING or (keyword in ("NODE", "ELEMENT") and "INPUT" in options) or (keyword == "INSTANCE" and lines):
+    moved = keyword == "INSTANCE" and re.search("[1-9]", "".join(lines))
+    if moved or keyword in _MAKING or (keyword in ("NODE", "ELEMENT") and "INPUT" in options):
         raise ModelError(f"{start} makes or moves nodes or elements that are not listed; write a flat deck, all of them where they are")
 
 

@@ -35,8 +35,9 @@ def _lines(path: Path, depth: int = 0) -> Iterator[str]:
     lines = (line for line in map(str.strip, text_of(path, "deck").splitlines()) if line and not line.startswith("**"))
     for line in lines:
         if _joined(line.split(",")[0]) == "*INCLUDE":
-            file = (line if "=" in line else next(lines, "")).partition("=")[2]
-            yield from _lines(path.parent / file.strip(' ,"'), depth + 1)
+            given = (line if "=" in line else next(lines, "")).split(",")
+            files = [file.strip(' "') for name, _, file in (part.partition("=") for part in given) if _joined(name) == "INPUT"]
+            yield from _lines(path.parent / (files or [""])[0], depth + 1)
         else:
             yield line
 
