@@ -308,3 +308,6 @@ def test_a_mechanism_proves_nothing_where_a_slide_of_the_body_does_work_on_it():
     claim = judged(v, (1.0, np.zeros(2), Mechanism(np.zeros((2, 2, 2)), task.friction, None, closing)))
     assert v.rigid.shape == (2, 1) and claim.bound > 1.0 + 1e-3 and claim.residual > 1e-3
     assert not fo.shakedown_limit(contact, task.cycle, 0.5).load_factor <= 1.0
+    within = pose(contact, task.cycle, 5.0, slip_bound=2.0)  # which lets node 0 lift node 1 by 2 more
+    limit = fo.ShakedownModel(contact, task.cycle, slip_bound=2.0).of_set(rest_of(within, np.array([False, True, False])))
+    assert limit.load_factor == pytest.approx(3.0) and limit.slip[0] == pytest.approx(2.0) and limit.residual <= 1e-9

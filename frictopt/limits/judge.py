@@ -44,23 +44,22 @@ def defect(v: SafeSet, motion: Mechanism, slip: Array) -> float:
     """By how much the work bound of a mechanism may be off because its stress is not exactly zero.
 
     Counted for all slips whose tractions are, node by node, at most those of `slip`, or at most `1 + f` times the node's own pressure where
-    that is more; for rigid slides, which may open gaps, as large as that in `slip` or as the unit of `v.rigid`; and under a slip bound, for all rigid
-    slides within it.
+    that is more; and for rigid slides, which gaps and the slip bound feel, as large as that in `slip` or as the unit of `v.rigid`, or, under a slip
+    bound, for all within it.
     """
     task, tangents = v.task, v.task.system.tangents
     shear_unit = np.tile(v.unit, tangents)
-    held, (*slips, lift) = np.zeros(len(shear_unit)) if motion.hold is None else motion.hold.ravel(), motion.moves.sum(axis=0)
-    work = (shear_unit * np.ravel(slips)) @ v.to_shear + (v.unit * lift) @ v.to_pressure - held @ v.to_slip
-    off = 0.0
+    (*slips, lift), along = motion.moves.sum(axis=0), np.zeros(len(shear_unit))
+    if motion.hold is not None:
+        along -= motion.hold.ravel()
     if task.lift is not None and motion.press is not None:
-        pressed = motion.press.sum(axis=0) @ task.lift
-        work = work + pressed @ v.to_slip
-        off = float(np.abs(pressed @ v.rigid) @ np.maximum(np.abs(np.linalg.pinv(v.rigid) @ slip.T.ravel()), 1.0))
+        along += motion.press.sum(axis=0) @ task.lift
+    work = (shear_unit * np.ravel(slips)) @ v.to_shear + (v.unit * lift) @ v.to_pressure + along @ v.to_slip
     carried = np.abs(task.AB[v.loaded] @ slip.T.ravel()) / shear_unit[v.loaded]
-    off += float(np.abs(work) @ (np.maximum(carried, 1.0 + np.tile(task.friction, tangents)[v.loaded]) / v.size))
-    if task.most is not None and v.rigid.shape[1]:
-        off += float(np.abs(held @ v.rigid) @ (np.abs(np.linalg.pinv(v.rigid)) @ np.tile(task.most, tangents)))
-    return off
+    off = float(np.abs(work) @ (np.maximum(carried, 1.0 + np.tile(task.friction, tangents)[v.loaded]) / v.size))
+    to_slide = np.linalg.pinv(v.rigid)  # what holds a slide and what a gap presses may balance each other
+    slid = np.maximum(np.abs(to_slide @ slip.T.ravel()), 1.0) if task.most is None else np.abs(to_slide) @ np.tile(task.most, tangents)
+    return off + float(np.abs(along @ v.rigid) @ slid)
 
 
 def judged_by_rows(v: SafeSet) -> ShakedownLimit:

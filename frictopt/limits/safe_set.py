@@ -19,7 +19,7 @@ from scipy.sparse import csr_array
 
 from ..contact import lengths
 from ..contact.checks import Array, Integers
-from ..contact.tolerances import RESIDUAL, ROUNDING
+from ..contact.tolerances import CONDENSATION, RESIDUAL
 from ..solve.explain import Units
 from .answered import Mechanism
 from .design_loads import DesignLoads
@@ -149,7 +149,7 @@ class SafeSet(ABC):
             return [(self.rigid, None, cp.Variable(modes, name="slide"))] if modes else []
         turned = self.rigid @ svd(lift @ self.rigid)[2].T
         gaps = lift @ turned
-        opening = (np.abs(gaps) > ROUNDING * (np.abs(lift) @ np.abs(turned))).any(axis=0)
+        opening = np.abs(gaps).max(axis=0) > CONDENSATION * np.abs(turned).max(axis=0)
         aside, opens = np.flatnonzero(~opening), np.flatnonzero(opening)
         parts = (("slide", aside, None), ("opening_slide", opens, gaps[:, opens]))
         return [(turned[:, which], made, cp.Variable(len(which), name=name)) for name, which, made in parts if len(which)]
