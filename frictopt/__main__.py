@@ -31,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             asked = _parser().parse_args(arguments)
             for name in ("file", "job", "history"):
                 given = getattr(asked, name, None)
-                if given and not (Path(given).exists() or Path(f"{given}.sti").exists()):  # a job may go without ending
+                if given and not any(Path(given + ending).exists() for ending in ("", ".inp", ".sti")):  # a job may go without ending
                     raise FileNotFoundError(f"there is no file {given!r}; give its path")
             for name, endings in (("table", WRITERS), ("picture", ()), ("system", (".npz",))):
                 if getattr(asked, name, None):

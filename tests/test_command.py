@@ -40,6 +40,7 @@ random_slips = {{ amplitudes = [0.1], count = 2 }}
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     CONTACT.save("system.npz")
+    Path("idle.inp").touch()  # the deck of a job that was not run
     yield tmp_path
     plt.close("all")
 
@@ -154,6 +155,11 @@ BAD = {
     "history": ([*LIMIT, "--history", "system.npz"], 2, "give a file that ends in"),
     "load": (["condense", str(FLAT), "x.npz", "--contact", "N_TOP", "N_TOP", "--load", "P=N_TOP"], 2, "--load: 'P=N_TOP'"),
     "no study": (["study", "none.toml"], 4, "there is no file 'none.toml'; give its path"),
+    "a job that was not run": (
+        ["condense", "idle", "x.npz", "--contact", "A", "B", "--load", "P=A:pressure=1"],
+        2,
+        "there is no 'idle.sti'; CalculiX",
+    ),
     "no TOML": (["study", "system.npz"], 2, "give a file in TOML"),
     "table": ([*LIMIT, *CORNERS, "--table", "limit.doc"], 2, "'limit.doc'; give a file that ends in"),
     "picture": ([*LIMIT, *CORNERS, "--picture", "nowhere/limit.png"], 2, "'nowhere/limit.png' is in no folder"),
