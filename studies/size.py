@@ -39,7 +39,7 @@ class Parameters:
     plane_guaranteed: int = 1000
     space_guaranteed: int = 14
     plane_transients: int = 250
-    space_transients: int = 19
+    space_transients: int = 29
 
 
 FULL = Parameters()

@@ -47,6 +47,15 @@ def test_a_planted_optimum_is_found_with_multipliers_that_prove_it(seed):
     assert value == pytest.approx(optimum, rel=1e-8, abs=1e-8) and bound == pytest.approx(optimum, rel=1e-8, abs=1e-8)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_both_objectives_are_one_over_their_own_size_where_that_is_small(seed):
+    """A limit of a hundredth of its unit, say: from its proofs nothing is left for a polish to mend."""
+    problem, optimum = planted(np.random.default_rng(seed), n=9, numbers=9, circles=9, defined=2)
+    policy._run(small := cp.Problem(cp.Maximize(0.01 / abs(optimum) * problem.objective.expr), problem.constraints), "INTERIOR_POINT")
+    value, bound = StandardForm(small).bounds
+    assert value == pytest.approx(np.copysign(0.01, optimum), rel=1e-8) and bound == pytest.approx(value, rel=1e-8)
+
+
 def test_programs_without_an_optimum_are_told():
     x, g = cp.Variable(3), cp.Variable(2)
     define, ball = g == np.array([[1.0, 2.0, 0.0], [0.0, 1.0, -1.0]]) @ x, cp.norm(x) <= 1

@@ -23,11 +23,12 @@ from cvxpy.reductions.solvers.conic_solvers.conic_solver import ConicSolver
 from scipy.sparse import csr_array
 
 from ..contact.checks import Array
+from ..contact.tolerances import FLOOR
 from .condensed import Condensed, Equations
 from .cones import Cones, Scaling
 
 _STEPS = 100
-_ENOUGH = 1e-10  # errors with which it ends: of the rows, of the multipliers, and between the two objectives, over their sizes
+_ENOUGH = 1e-11  # errors with which it ends: of the rows, of the multipliers, and between the two objectives, over their sizes
 _WAITING = 5  # steps that do not halve the work of the cones after which rounding is all that is left
 _NEARLY = 1e-7  # errors up to which it ends where rounding leaves no further step, for others to judge
 _NO_OPTIMUM = 1e-12  # tau over kappa up to which there is no optimum, and rounding is all that the proof lacks
@@ -87,7 +88,7 @@ class _Residuals:
         self.columns, self.rows = program.columns(z), program.rows(y) + s
         self.dual, self.primal, self.gap = self.columns + c * tau, self.rows - h * tau, kappa + c @ y + h @ z
         self.work = float(s @ z + kappa * tau) / (degree + 1)
-        sizes = max(1.0, float(np.abs(h).max())), max(1.0, float(np.abs(c).max())), max(1.0, abs(float(c @ y)) / tau)
+        sizes = max(1.0, float(np.abs(h).max())), max(1.0, float(np.abs(c).max())), max(FLOOR, abs(float(c @ y)) / tau)
         lacks = float(np.abs(self.primal).max()) / sizes[0], float(np.abs(self.dual).max()) / sizes[1], abs(float(c @ y + h @ z)) / sizes[2]
         self.error = max(lacks) / tau
         self._pull, self._drop, self._enough = -float(h @ z), -float(c @ y), _ENOUGH if tau > _NO_OPTIMUM * kappa else _NEARLY
