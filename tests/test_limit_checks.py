@@ -14,7 +14,6 @@ from frictopt.limits.answered import Mechanism
 from frictopt.limits.critical_state import load_factor_bounds
 from frictopt.limits.friction_bounds import safe_set
 from frictopt.limits.judge import judged
-from frictopt.limits.open_nodes import rest_of
 from frictopt.limits.question import pose
 from frictopt.solve import solvers as policy
 from spatial import single
@@ -296,18 +295,3 @@ def test_a_solver_that_finds_nothing_safe_is_believed_for_its_multipliers_alone(
     monkeypatch.setattr(policy, "_run", run)
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         fo.shakedown_limit(contact, cycle, 0.5)
-
-
-def test_a_mechanism_proves_nothing_where_a_slide_of_the_body_does_work_on_it():
-    """Slip of node 0 lifts node 1, and nothing resists it: that the cycle presses node 1 shut at load factor 1 is no limit."""
-    k, bonded = np.eye(3), {"P": ([0.0] * 3, [1.0, -1.0, 1.0]), "Q": ([0.0] * 3, [0.0, 1.0, 0.0])}
-    contact = fo.ContactSystem.from_blocks(k, [[0, 0, 0], [-1, 0, 0], [0, 0, 0]], k, [0.0, 1.0, 2.0], bonded)
-    task = rest_of(pose(contact, fo.LoadCycle({"P": 1.0}, [{"Q": 0.0}, {"Q": 1.0}]), 0.5), np.array([False, True, False]))
-    v, closing = safe_set(task), np.array([[0.0], [1.0]])
-    v.ask(task)
-    claim = judged(v, (1.0, np.zeros(2), Mechanism(np.zeros((2, 2, 2)), task.friction, None, closing)))
-    assert v.rigid.shape == (2, 1) and claim.bound > 1.0 + 1e-3 and claim.residual > 1e-3
-    assert not fo.shakedown_limit(contact, task.cycle, 0.5).load_factor <= 1.0
-    within = pose(contact, task.cycle, 5.0, slip_bound=2.0)  # which lets node 0 lift node 1 by 2 more
-    limit = fo.ShakedownModel(contact, task.cycle, slip_bound=2.0).of_set(rest_of(within, np.array([False, True, False])))
-    assert limit.load_factor == pytest.approx(3.0) and limit.slip[0] == pytest.approx(2.0) and limit.residual <= 1e-9

@@ -98,7 +98,9 @@ class SafeSet(ABC):
         self.size = 1 / np.maximum(np.abs(normal).max(axis=0), 1.0)
         self.to_slip, self.to_shear, self.to_pressure = slip * self.size, csr_array(basis * self.size), normal * self.size
         self.traction, self.rigid = cp.Variable(len(self.loaded), name="traction"), rigid * (task.force / (task.stiffness[: len(rigid)] @ rigid**2))
-        self.slides = self._slides(task.lift)
+        self.slides: list[tuple[Array, Array | None, cp.Variable]] = [(self.rigid, None, cp.Variable(modes, name="slide"))] if modes else []
+        if modes and task.lift is not None:
+            self.slides = self._parted(task.lift)
         self.shear, self.pressure = self.to_shear @ self.traction, self.to_pressure @ self.traction
         if design is not None:
             forces = design.forces(self.unit)
@@ -142,11 +144,8 @@ class SafeSet(ABC):
         posed.units = {"load_factor": task.load_unit, "objective": own.objective_unit or task.load_unit, **forces, **designed}
         return posed
 
-    def _slides(self, lift: Array | None) -> list[tuple[Array, Array | None, cp.Variable]]:
-        """See the attribute."""
-        modes = self.rigid.shape[1]
-        if lift is None or not modes:
-            return [(self.rigid, None, cp.Variable(modes, name="slide"))] if modes else []
+    def _parted(self, lift: Array) -> list[tuple[Array, Array | None, cp.Variable]]:
+        """The slides that open gaps apart from those that do not, see the attribute."""
         turned = self.rigid @ svd(lift @ self.rigid)[2].T
         gaps = lift @ turned
         opening = np.abs(gaps).max(axis=0) > CONDENSATION * np.abs(turned).max(axis=0)

@@ -15,10 +15,9 @@ from ...contact.checks import Array, Integers, finite_array, frozen, shown, whol
 from ...errors import ModelError
 from .constraints import CONSTRAINING, Constraints, constraints_of
 from .kinds import FACELESS, LINES, PLANE, PLANES, SHAPES, SOLID, SOLIDS, shape_of
-from .text import Block, blocks, elements_of, entries, fields, members_of, number, parameters, thickness
+from .text import Block, blocks, check_listed, elements_of, entries, fields, members_of, number, parameters, thickness
 
 Solids: TypeAlias = list[tuple[str, list[list[int]]]]  # blocks of elements: their type, and number and nodes of each
-_MAKING = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"}  # nodes and elements that the deck does not list
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -190,6 +189,43 @@ def _of_plane(sections: list[tuple[str, float]], solids: Solids, sets: Mapping[s
     return tuple(dict.fromkeys(t for name, t in sections if plane and (not name or np.isin(sets.get(name, []), plane).any())))
 
 
+@dataclass
+class _Read:
+    """What the blocks of a deck have given so far."""
+
+    nodes: dict[int, list[float]] = field(default_factory=dict)
+    members: dict[str, dict[str, list[str]]] = field(default_factory=lambda: {"NSET": {}, "ELSET": {}, "SURFACE": {}})
+    solids: Solids = field(default_factory=list)
+    within: list[tuple[str, str]] = field(default_factory=list)
+    sections: list[tuple[str, float]] = field(default_factory=list)
+    constraining: list[Block] = field(default_factory=list)
+    faces: dict[str, list[list[str]]] = field(default_factory=dict)
+
+    def add(self, keyword: str, options: dict[str, str], lines: list[str]) -> None:
+        """Take what a block gives; KeyError, ValueError or IndexError if it cannot be read."""
+        found: list[list[str]] = []
+        if keyword == "NODE":
+            _add_nodes(self.nodes, found := [entries(line) for line in lines])
+        elif keyword == "ELEMENT":
+            found = elements_of(options["TYPE"], lines)
+            self.solids.append((options["TYPE"], [list(map(int, row)) for row in found]))
+        elif keyword in ("NSET", "ELSET"):
+            found = members_of(lines, "GENERATE" in options)
+            self.within += [(options["NSET"], options["ELSET"])] if keyword == "NSET" and "ELSET" in options else []
+        elif keyword == "SURFACE" and options.get("TYPE") == "NODE":
+            own = members_of([line.split(",")[0] for line in lines], False)  # a weight may follow
+            self.members["SURFACE"][options["NAME"]] = [row[0] for row in own]
+        elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT") == "ELEMENT":
+            self.faces.setdefault(options["NAME"], []).extend(row for row in map(fields, lines) if row)
+        elif keyword in ("SOLIDSECTION", "NODALTHICKNESS"):
+            self.sections.append((options["ELSET"], thickness(lines)) if keyword == "SOLIDSECTION" else ("", np.nan))
+        elif keyword in CONSTRAINING:
+            self.constraining.append((keyword, options, lines))
+        for kind, first in (("NSET", "NODE"), ("ELSET", "ELEMENT")):
+            if keyword in (kind, first) and kind in options:
+                self.members[kind].setdefault(options[kind], []).extend(row[0] for row in found)
+
+
 def read_deck(path: Path) -> Deck:
     """Read a deck and the files that it includes; keywords that neither name, join nor constrain nodes are passed over.
 
@@ -201,47 +237,21 @@ def read_deck(path: Path) -> Deck:
         The file is missing or is no deck, nodes or elements that are numbered twice (parts and instances), generated, moved or
         read from elsewhere, sets or elements of unknown nodes, coordinates or displacements in directions that are not the global ones.
     """
-    nodes: dict[int, list[float]] = {}
-    members: dict[str, dict[str, list[str]]] = {"NSET": {}, "ELSET": {}, "SURFACE": {}}
-    solids: Solids = []
-    within: list[tuple[str, str]] = []
-    sections: list[tuple[str, float]] = []
-    constraining: list[Block] = []
-    faces: dict[str, list[list[str]]] = {}
+    read = _Read()
     for keyword, options, lines in blocks(path):
-        _check_listed(path, keyword, options, lines)
+        check_listed(path, keyword, options, lines)
         try:
-            if keyword == "NODE":
-                _add_nodes(nodes, found := [entries(line) for line in lines])
-            elif keyword == "ELEMENT":
-                found = elements_of(options["TYPE"], lines)
-                solids.append((options["TYPE"], [list(map(int, row)) for row in found]))
-            elif keyword in ("NSET", "ELSET"):
-                found = members_of(lines, "GENERATE" in options)
-                within += [(options["NSET"], options["ELSET"])] if keyword == "NSET" and "ELSET" in options else []
-            elif keyword == "SURFACE" and options.get("TYPE") == "NODE":
-                found = members_of([line.split(",")[0] for line in lines], False)  # a weight may follow
-                members["SURFACE"][options["NAME"]] = [row[0] for row in found]
-            elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT") == "ELEMENT":
-                faces.setdefault(options["NAME"], []).extend(row for row in map(fields, lines) if row)
-            elif keyword in ("SOLIDSECTION", "NODALTHICKNESS"):
-                sections.append((options["ELSET"], thickness(lines)) if keyword == "SOLIDSECTION" else ("", np.nan))
-            elif keyword in CONSTRAINING:
-                constraining.append((keyword, options, lines))
-            else:
-                continue
+            read.add(keyword, options, lines)
         except (KeyError, ValueError, IndexError) as error:
             raise ModelError(f"deck {path.name}: the block *{keyword} {parameters(options)} cannot be read ({error}); repair it") from error
-        for kind, first in (("NSET", "NODE"), ("ELSET", "ELEMENT")):
-            if keyword in (kind, first) and kind in options:
-                members[kind].setdefault(options[kind], []).extend(row[0] for row in found)
+    nodes, members, solids = read.nodes, read.members, read.solids
     if not nodes:
         raise ModelError(f"deck {path.name}: no nodes; give the input deck of the job")
     row = {name: i for i, name in enumerate(nodes)}
     listed = {number: nodes for _, rows in solids for number, *nodes in rows if nodes}
     if twice := sum(bool(row[1:]) for _, rows in solids for row in rows) - len(listed):
         raise ModelError(f"deck {path.name}: {twice} numbers of elements are given twice; parts and instances are not supported, write a flat deck")
-    for name, elements in within:
+    for name, elements in read.within:
         numbers = _resolved(members["ELSET"], elements, (f"{name} of nodes",))
         members["NSET"][name] += [str(node) for number in numbers for node in listed.get(number, [])]
     sets = {name: _rows(row, _resolved(members["NSET"], name), f"node set {name}") for name in members["NSET"]}
@@ -254,26 +264,14 @@ def read_deck(path: Path) -> Deck:
         sets=sets,
         elements=_with_nodes(solids, row),
         element_sets=element_sets,
-        thicknesses=_of_plane(sections, solids, element_sets),
-        constraints=constraints_of(constraining, row, sets | surfaces, points),
+        thicknesses=_of_plane(read.sections, solids, element_sets),
+        constraints=constraints_of(read.constraining, row, sets | surfaces, points),
         surfaces={
             name: tuple((whole(_resolved(members["ELSET"] | {"": row[:1]}, "")), int(row[1][1])) for row in own)
-            for name, own in faces.items()
+            for name, own in read.faces.items()
             if all(re.fullmatch("S[1-6]", row[-1].upper()) for row in own)  # others are surfaces of shells, or all of the outline
         },
     )
-
-
-def _check_listed(path: Path, keyword: str, options: Mapping[str, str], lines: Sequence[str]) -> None:
-    """Check that a block gives nodes and displacements in the global directions, and all that it makes in the deck itself."""
-    start = f"deck {path.name}: the block *{keyword} {parameters(options)}".rstrip()
-    if (keyword in ("SYSTEM", "TRANSFORM") and lines) or (keyword == "NODE" and options.get("SYSTEM", "R") != "R"):
-        raise ModelError(
-            f"{start} gives nodes or displacements in directions of their own; write coordinates, and the matrix, in the global directions"
-        )
-    moved = keyword == "INSTANCE" and re.search("[1-9]", "".join(lines))
-    if moved or keyword in _MAKING or (keyword in ("NODE", "ELEMENT") and "INPUT" in options):
-        raise ModelError(f"{start} makes or moves nodes or elements that are not listed; write a flat deck, all of them where they are")
 
 
 def _add_nodes(nodes: dict[int, list[float]], rows: list[list[str]]) -> None:

@@ -1,6 +1,7 @@
 """Text files of other codes: the blocks of a deck, rows of numbers, and the symmetric matrix that they make."""
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from io import StringIO
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -13,6 +14,7 @@ from ...errors import ModelError
 from .kinds import node_count
 
 Block: TypeAlias = tuple[str, dict[str, str], list[str]]  # keyword and names of parameters without blanks, data lines
+_MAKING = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"}  # nodes and elements that the deck does not list
 
 
 def blocks(path: Path) -> Iterator[Block]:
@@ -26,6 +28,24 @@ def blocks(path: Path) -> Iterator[Block]:
         keyword, *rest = (part.strip() for part in head.split(","))
         pairs = [(_joined(name), value.strip().strip('"')) for name, _, value in (part.partition("=") for part in rest if part)]
         yield _joined(keyword), {name: value.upper() for name, value in pairs}, lines[first:end]
+
+
+def check_listed(path: Path, keyword: str, options: Mapping[str, str], lines: Sequence[str]) -> None:
+    """Check that a block gives nodes and displacements in the global directions, and all that it makes in the deck itself.
+
+    Raises
+    ------
+    ModelError
+        It does not.
+    """
+    start = f"deck {path.name}: the block *{keyword} {parameters(options)}".rstrip()
+    if (keyword in ("SYSTEM", "TRANSFORM") and lines) or (keyword == "NODE" and options.get("SYSTEM", "R") != "R"):
+        raise ModelError(
+            f"{start} gives nodes or displacements in directions of their own; write coordinates, and the matrix, in the global directions"
+        )
+    moved = keyword == "INSTANCE" and re.search("[1-9]", "".join(lines))
+    if moved or keyword in _MAKING or (keyword in ("NODE", "ELEMENT") and "INPUT" in options):
+        raise ModelError(f"{start} makes or moves nodes or elements that are not listed; write a flat deck, all of them where they are")
 
 
 def _lines(path: Path, depth: int = 0) -> Iterator[str]:

@@ -1,0 +1,49 @@
+"""Bodies that may slide, and nodes that the mean load opens: what slides do to gaps, and what a proof says of them."""
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.limits.answered import Mechanism
+from frictopt.limits.friction_bounds import safe_set
+from frictopt.limits.judge import judged
+from frictopt.limits.open_nodes import rest_of
+from frictopt.limits.question import pose
+from oracle import Oracle
+
+
+def test_slides_that_only_open_gaps_are_as_small_as_they_can_be(paper_cycle):
+    """The interior point goes as far as a slide opens gaps; all solvers prove one limit, with slips of the size of those that the loads make."""
+    contact = fo.scenes.SquarePunch(elements=5).condense()
+    contact = contact.with_gap(4.0 * (contact.points[:, :2] ** 4).sum(axis=1))
+    one, other = (fo.shakedown_limit(contact, paper_cycle, 0.6, solver=solver) for solver in ("INTERIOR_POINT", "CLARABEL"))
+    assert one.open.any() and one.open.tolist() == other.open.tolist()
+    assert one.load_factor == pytest.approx(other.load_factor, rel=1e-8) and max(one.largest_slip, other.largest_slip) < 5.0
+
+
+@pytest.mark.parametrize("seed", [1, 4, 7])
+def test_one_closed_node_slides_aside_without_opening_gaps(seed):
+    """What slip along x, of a body that moves freely there, does to the gaps is rounding and nothing else."""
+    rng, aside = np.random.default_rng(seed), np.eye(12) - np.pad(np.full((4, 4), 0.25), (0, 8))
+    G = rng.normal(size=(12, 12))
+    loads = {"P": np.r_[np.zeros(8), 1.0, [-0.2] * 3], "a": 0.3 * rng.normal(size=12), "b": 0.3 * rng.normal(size=12)}
+    contact = fo.ContactSystem(aside @ (G @ G.T / 12 + np.eye(12)) @ aside, np.c_[np.arange(4.0), np.zeros((4, 2))], loads)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"a": 1.0}, {"b": 1.0}, {"a": -1.0, "b": -1.0}])
+    one, other = (fo.shakedown_limit(contact, cycle, 0.5, solver=solver) for solver in ("INTERIOR_POINT", "CLARABEL"))
+    assert one.open.sum() == 3 and one.load_factor == pytest.approx(other.load_factor, rel=1e-8)
+    assert one.load_factor == pytest.approx(Oracle(contact, cycle, 0.5, one.open).largest(), rel=1e-6)
+
+
+def test_a_mechanism_proves_nothing_where_a_slide_of_the_body_does_work_on_it():
+    """Slip of node 0 lifts node 1, and nothing resists it: that the cycle presses node 1 shut at load factor 1 is no limit."""
+    k, bonded = np.eye(3), {"P": ([0.0] * 3, [1.0, -1.0, 1.0]), "Q": ([0.0] * 3, [0.0, 1.0, 0.0])}
+    contact = fo.ContactSystem.from_blocks(k, [[0, 0, 0], [-1, 0, 0], [0, 0, 0]], k, [0.0, 1.0, 2.0], bonded)
+    task = rest_of(pose(contact, fo.LoadCycle({"P": 1.0}, [{"Q": 0.0}, {"Q": 1.0}]), 0.5), np.array([False, True, False]))
+    v, closing = safe_set(task), np.array([[0.0], [1.0]])
+    v.ask(task)
+    claim = judged(v, (1.0, np.zeros(2), Mechanism(np.zeros((2, 2, 2)), task.friction, None, closing)))
+    assert v.rigid.shape == (2, 1) and claim.bound > 1.0 + 1e-3 and claim.residual > 1e-3
+    assert not fo.shakedown_limit(contact, task.cycle, 0.5).load_factor <= 1.0
+    within = pose(contact, task.cycle, 5.0, slip_bound=2.0)  # which lets node 0 lift node 1 by 2 more
+    limit = fo.ShakedownModel(contact, task.cycle, slip_bound=2.0).of_set(rest_of(within, np.array([False, True, False])))
+    assert limit.load_factor == pytest.approx(3.0) and limit.slip[0] == pytest.approx(2.0) and limit.residual <= 1e-9
