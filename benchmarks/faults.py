@@ -136,7 +136,7 @@ FAULTS = (
     Fault("fem/matrices/job.py", "the mass of linear faces is that of the corners", "T.T @ self.M @ T)", "self.M[T.indices][:, T.indices])",
           "calculix_quadratic"),
     Fault("fem/matrices/modes.py", "modes in the order of the file", "for node, direction in labels.tolist()]",
-          "for node, direction in sorted(labels.tolist())]", "matrices"),
+          "for node, direction in sorted(labels.tolist())]", "matrices_modes"),
     Fault("fem/matrices/deck.py", "curves end at their midside nodes", "nodes[:, [0, -1]]", "nodes[:, :2]", "gmsh"),
     Fault("fem/elements.py", "curved sides of a part are lost", "= mesh.p[:, mesh.dofs.element_dofs[:, elements]]",
           "= mesh.p[:, mesh.t[:, elements]].mean(axis=1)[:, None]", "quadratic"),
