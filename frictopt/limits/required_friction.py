@@ -196,7 +196,7 @@ class _Asked:
             if not (max(least, _LEAST_FRICTION) < friction + step < most and abs(step) < before / 2):
                 step = (least + most) / 2 - friction
             friction, before = friction + step, abs(step)
-        less = (share * friction for share in _LESS_FRICTION if self.opens_below(friction))
+        less = [share * friction for share in _LESS_FRICTION] if self.opens_below(friction) else []
         return next((self.root(enough) for enough in less if self.proven(enough, True)), friction)
 
     def opens_below(self, friction: float) -> bool:
