@@ -141,6 +141,18 @@ def test_the_guaranteed_limit_is_the_least_of_programs_with_a_node_on_both_bound
         assert guaranteed.verify(starts=0, moved=1).persists
 
 
+@pytest.mark.parametrize("make", [fixed_contact, in_space])
+def test_equal_fixed_parts_are_a_mean_load(make):
+    contact, cycle, f = make(3)
+    (name, size), *_ = cycle.fixed[0].items()
+    moved = fo.LoadCycle({**cycle.mean, name: size}, cycle.corners)
+    equal = fo.LoadCycle(cycle.mean, cycle.corners, [{name: size}] * len(cycle.corners))
+    for ask in (fo.shakedown_limit, fo.guaranteed_limit):
+        known, found = ask(contact, moved, f), ask(contact, equal, f)
+        assert 0 < found.load_factor < np.inf
+        assert (found.load_factor, found.slip) == (known.load_factor, pytest.approx(known.slip))
+
+
 @settings(max_examples=8)
 @given(seeds)
 def test_constraints_of_your_own_see_the_loads_of_each_corner(seed):

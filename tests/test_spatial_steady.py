@@ -99,7 +99,7 @@ WALKING = fo.LoadCycle({"P": 1.0}, [{"X": 0.1}, {"X": 0.1}], fixed=[{"Y": 0.1}, 
 @pytest.mark.parametrize(
     ("ask", "why"),
     [
-        (lambda: fo.guaranteed_limit(single(), WALKING, 0.5), "cycle: a part of it is fixed, of a contact in space"),
+        (lambda: fo.guaranteed_limit(single(), WALKING, 0.5), "cycle: its fixed parts differ, of a contact in space"),
         (lambda: fo.march(single(), cycle(), 0.5, 1.0, engine="path"), "engine: 'path'.*the friction circle is curved"),
         (lambda: fo.steady_state(single(), cycle(), 0.5, 1.0, steps=0), "steps: 0"),
         (lambda: fo.march(single(), cycle(), 0.5, 1.0, engine="milp"), "engine: 'milp'.*the friction circle is curved"),

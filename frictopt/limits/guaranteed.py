@@ -44,7 +44,7 @@ class GuaranteedModel(SafeModel):
     Raises
     ------
     ModelError
-        Wrong types, unknown load cases or options, a negative slip bound; a load cycle in space of which a part is fixed.
+        Wrong types, unknown load cases or options, a negative slip bound; a load cycle in space whose fixed parts differ.
 
     Examples
     --------
@@ -70,8 +70,8 @@ class GuaranteedModel(SafeModel):
         super().__init__(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
         if system.tangents > 1 and self._asked.fixed:
             raise ModelError(
-                "cycle: a part of it is fixed, of a contact in space, where the pressure that a node needs bends with the load factor, so that slips "
-                "which make it critical are no convex set; ask `shakedown_limit`, or follow starts by `steady_state`"
+                "cycle: its fixed parts differ, of a contact in space, where the pressure that a node needs bends with the load factor, so that "
+                "slips which make it critical are no convex set; ask `shakedown_limit`, or follow starts by `steady_state`"
             )
         self._shakedown = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
         self.slip, self.load_factor, self.q, self.p = (getattr(self._shakedown, name) for name in ("slip", "load_factor", "q", "p"))

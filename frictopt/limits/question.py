@@ -157,8 +157,9 @@ def pose(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, simpli
     ModelError
         Wrong types, load cases that the system does not have, bad friction, a bad slip bound, a mean load whose shear hides its pressure.
     """
-    nodes, loads = checked_system(system).nodes, (checked_cycle(cycle).unscaled, cycle.corners)
-    r0, r1 = (reactions(system, part).reshape(len(part), -1, nodes) for part in loads)
+    nodes, unscaled = checked_system(system).nodes, checked_cycle(cycle).unscaled
+    unscaled = unscaled if any(loads != unscaled[0] for loads in unscaled) else unscaled[:1]  # equal fixed parts are a mean load
+    r0, r1 = (reactions(system, part).reshape(len(part), -1, nodes) for part in (unscaled, cycle.corners))
     r0 = r0 - (system.S[:, -nodes:] @ system.gap).reshape(-1, nodes)  # all gaps are pressed shut
     f, most = friction_coefficients(friction, system.nodes), None if slip_bound is None else _slip_bounds(slip_bound, system.nodes)
     AB, lean, closed = system.S[:, : -system.nodes], flag("simplify", simplify), np.ones(system.nodes, dtype=bool)
