@@ -40,6 +40,19 @@ def test_nothing_done_to_the_worst_start_is_the_guaranteed_limit(paper_punch):
         assert one.load_factor == pytest.approx(lower, abs=2e-5 * one.shakedown_limit) and one.monotonic
 
 
+def test_a_node_that_stays_open_leaves_the_worst_start_as_it_is():
+    pair = system(*FIRST_PAIR)
+    blocks = [np.pad(block, (0, 1)) for block in (pair.A, pair.B, pair.C)]
+    for block in blocks[::2]:
+        block[2, 2] = 1.0
+    loads = {name: (np.pad(q, (0, 1)), np.pad(p, (0, 1), constant_values=1.0)) for name, (q, p) in pair.bonded.items()}
+    contact = fo.ContactSystem.from_blocks(*blocks, np.arange(3), loads, [0, 0, 5])
+    one, other = (fo.limit_after_protocol(which, CYCLE, 0.6, start="worst", tolerance=1e-5) for which in (pair, contact))
+    assert other.load_factor == pytest.approx(one.load_factor, abs=2e-5 * one.shakedown_limit) and len(other.starts) == len(one.starts) > 2
+    cure, same = (fo.least_excursion(which, CYCLE, 0.6, 0.6, excursion={"mean": -0.95}, samples=5) for which in (pair, contact))
+    assert cure.share == pytest.approx(same.share, abs=0.01) and 0 < cure.share < 1
+
+
 def test_assembly_from_no_load_is_no_slip_and_the_safe_start_rests_up_to_the_limit(paper_punch):
     contact = paper_punch(16)
     limit = fo.shakedown_limit(contact, LOADS, 0.7)

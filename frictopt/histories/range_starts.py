@@ -11,6 +11,7 @@ from ..contact.checks import Array
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import ModelError, SolverError
 from ..limits import guaranteed_limit, shakedown_limit
+from ..limits.open_nodes import rest_under_mean
 from ..limits.question import LimitQuestion, pose
 from ..limits.safe_vertices import AdmissibleSlips
 
@@ -55,9 +56,16 @@ class RangeStarts:
 
     def _furthest(self, loads: Mapping[str, float], place: str) -> dict[str, Array]:
         system, friction, most = self._task.system, self._task.friction, self._task.most
-        tractions = (direction.T.ravel() @ self._slips.unknowns.to_slip for direction in self._directions.values())
+
+        def extremes(of: AdmissibleSlips, task: LimitQuestion) -> list[Array | None]:
+            ways = (task.own(way).T.ravel() @ of.unknowns.to_slip for way in self._directions.values())
+            return of.furthest(task, 0.0, ways)
+
         try:
-            slips = self._slips.furthest(pose(system, LoadCycle(loads, [{}]), friction, slip_bound=most), 0.0, tractions)
+            task = pose(system, LoadCycle(loads, [{}]), friction, slip_bound=most)
+            slips = extremes(self._slips, task)
+            if all(slip is None for slip in slips) and (rest := rest_under_mean(task)):
+                slips = extremes(AdmissibleSlips(rest), rest)
         except (ModelError, SolverError):
             return {}  # some starts less; the range is that of the starts followed
         found = dict[str, Array]()

@@ -17,6 +17,7 @@ from ..contact import ContactSystem, LoadCycle, SolveRecord
 from ..contact.checks import Array, finite_array, finite_number, frozen, warns_of_odd_values
 from ..solve.solvers import NoOptimum, solve
 from .friction_bounds import safe_set
+from .mirrors import on_whole
 from .question import LimitQuestion, pose
 from .safe_set import SafeSet
 
@@ -50,7 +51,8 @@ class AdmissibleSlips:
     def furthest(self, task: LimitQuestion, load_factor: float, directions: Iterable[Array]) -> list[Array | None]:
         """For each direction of the tractions, (m,), the slip that is safe for a question at a load factor and goes furthest in it, length.
 
-        None in directions in which these slips have no end, and in all where no slip is safe.
+        Of a question on the closed nodes it is that of the whole contact, whose open nodes follow. None in directions in which these slips have no
+        end, and in all where no slip is safe.
 
         Raises
         ------
@@ -62,11 +64,16 @@ class AdmissibleSlips:
         if self.problem is None or task.system.tangents > 1:  # in the plane the loads are parameters
             self.problem = admissible_problem(v)
         found = list[Array | None]()
+
+        def judged() -> SolveRecord:
+            whole, slip, _ = on_whole(task, v.solved_slip, None)
+            return SolveRecord(residual=whole.violation(load_factor, slip))
+
         for along in directions:
             self.problem.param_dict["direction"].value = along / (np.abs(along).max(initial=0.0) or 1.0)
             try:
-                solve(self.problem, lambda: SolveRecord(residual=task.violation(load_factor, v.solved_slip)))
-                found.append(v.solved_slip)
+                solve(self.problem, judged)
+                found.append(on_whole(task, v.solved_slip, None)[1])
             except NoOptimum:
                 found.append(None)
         return found
