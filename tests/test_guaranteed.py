@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from frictopt.solve import LP_SOLVERS
-from frictopt.solve import solvers as policy
+from liars import lying, sloppy
 from systems import CYCLE, FIRST_PAIR, ONE_NODE, SECOND_PAIR, THREE, explained, linprog_limit, on_both_bounds, random_system, system
 
 FIRST, SECOND = (FIRST_PAIR, 0.6, 0.391864153760), (SECOND_PAIR, 0.4, 0.532623169108)
@@ -137,24 +137,11 @@ def test_each_solver_alone_is_named(punch, paper_cycle, ask, solver):
 
 
 def test_a_wrong_answer_is_refined_and_a_false_denial_not_believed(punch, paper_cycle, monkeypatch):
-    run, right = policy._run, fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
-
-    def sloppy(problem, name):
-        outcome = run(problem, name)
-        rng = np.random.default_rng(0)
-        for variable in problem.variables():
-            variable.save_value(variable.value + 1e-6 * rng.normal(size=variable.shape))
-        return outcome
-
-    monkeypatch.setattr(policy, "_run", sloppy)
+    right = fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
+    lying(monkeypatch, sloppy(1e-6))
     limit = fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
     assert limit.record.attempts[-1].outcome == "refined on the vertex" and limit.load_factor == pytest.approx(right.load_factor, rel=1e-8)
-
-    def denies(problem, name):
-        outcome = run(problem, name)
-        return "infeasible" if "node_rows" in problem.param_dict and "excess" not in problem.var_dict else outcome
-
-    monkeypatch.setattr(policy, "_run", denies)
+    lying(monkeypatch, lambda problem, _: "infeasible" if "node_rows" in problem.param_dict and "excess" not in problem.var_dict else None)
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
 

@@ -18,6 +18,7 @@ from frictopt.transients.increments import (
 )
 from frictopt.transients.increments.increment import Posed
 from frictopt.transients.increments.newton import State, newton
+from liars import lying
 from systems import explained, random_system, system
 
 
@@ -51,8 +52,7 @@ def test_the_solution_stands_in_the_problem():
 
 def test_the_next_solver_answers_where_one_fails(monkeypatch):
     contact, friction, slip, load = random_increment(np.random.default_rng(3), 3, 0.6)
-    run = policy._run
-    monkeypatch.setattr(policy, "_run", lambda problem, name: "stopped" if name == "CLARABEL_DIRECT" else run(problem, name))
+    lying(monkeypatch, lambda _, name: "stopped" if name == "CLARABEL_DIRECT" else None)
     found = FrozenBoundIncrement(contact, friction).solve(slip, load)
     assert found.record.solver == "CLARABEL" and [attempt.solver for attempt in found.record.attempts[:2]] == ["CLARABEL_DIRECT", "CLARABEL"]
     assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
@@ -81,17 +81,14 @@ def test_slip_along_its_friction_is_no_state():
 
 def test_booleans_are_not_believed_before_the_referee(monkeypatch):
     contact, friction, slip, load = random_increment(np.random.default_rng(3), 3, 0.6)
-    run = policy._run
 
     def wrong(problem, name):
-        outcome = run(problem, name)
         if "opened" in problem.var_dict:
             for boolean in ("forward", "backward", "opened"):
                 problem.var_dict[boolean].save_value(np.full(3, float(boolean == "opened")))
             problem.var_dict["gap"].save_value(np.full(3, 1e3))
-        return outcome
 
-    monkeypatch.setattr(policy, "_run", wrong)
+    lying(monkeypatch, wrong)
     monkeypatch.setattr(increment, "_CORRECTIONS", 0)
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         ExactIncrement(contact, friction).solve(slip, load)
@@ -99,13 +96,8 @@ def test_booleans_are_not_believed_before_the_referee(monkeypatch):
 
 def test_a_claim_that_there_is_no_state_is_checked(monkeypatch):
     contact, friction, slip, load = random_increment(np.random.default_rng(3), 3, 0.6)
-    run, asked = policy._run, []
-
-    def denies(problem, name):
-        asked.append(name)
-        return "infeasible" if name.startswith("HIGHS") else run(problem, name)
-
-    monkeypatch.setattr(policy, "_run", denies)
+    asked = []
+    lying(monkeypatch, lambda _, name: asked.append(name) or ("infeasible" if name.startswith("HIGHS") else None))
     with pytest.raises(fo.SolverError, match="but Newton's method does"):
         ExactIncrement(contact, friction).solve(slip, load)
     assert [name for name in asked if name.startswith("HIGHS")] == list(policy.MILP_SOLVERS)

@@ -4,22 +4,14 @@ import pytest
 
 import frictopt as fo
 from frictopt.solve import solvers as policy
+from liars import lying, sloppy
 from spatial import cycle as space_cycle
 from spatial import random_contact
 from systems import CYCLE, explained, linprog_limit, random_system, stress_of
 
 
 def test_refinement_restores_an_answer_that_a_solver_leaves_inaccurate(punch, paper_cycle, monkeypatch):
-    run = policy._run
-
-    def sloppy(problem, name):
-        outcome = run(problem, name)
-        rng = np.random.default_rng(0)
-        for variable in problem.variables():
-            variable.save_value(variable.value + 1e-5 * rng.normal(size=variable.shape))
-        return outcome
-
-    monkeypatch.setattr(policy, "_run", sloppy)
+    lying(monkeypatch, sloppy(1e-5))
     limit = fo.shakedown_limit(punch(40), paper_cycle, 0.7)
     assert [attempt.outcome for attempt in limit.record.attempts] == ["optimal", "refined on the vertex"]
     assert limit.record.attempts[0].residual > 1e-7 and limit.residual < 1e-10
@@ -78,8 +70,7 @@ def test_explain_does_not_mix_two_solves(punch, paper_cycle):
 
 
 def test_a_failing_solver_is_recorded_and_the_next_one_answers(punch, paper_cycle, monkeypatch):
-    run = policy._run
-    monkeypatch.setattr(policy, "_run", lambda problem, name: "stopped" if name == "HIGHS" else run(problem, name))
+    lying(monkeypatch, lambda _, name: "stopped" if name == "HIGHS" else None)
     limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
     assert limit.record.solver == "CLARABEL" and [a.outcome for a in limit.record.attempts] == ["stopped", "optimal"]
     with pytest.raises(fo.SolverError, match=r"no answer within the tolerance 1e-09 \(HIGHS: stopped"):
@@ -87,28 +78,18 @@ def test_a_failing_solver_is_recorded_and_the_next_one_answers(punch, paper_cycl
 
 
 def test_a_wrong_answer_is_not_believed(punch, paper_cycle, monkeypatch):
-    run = policy._run
-
     def slightly_wrong(problem, name):
-        outcome = run(problem, name)
         if name == "HIGHS":
             problem.var_dict["load_factor"].value = problem.var_dict["load_factor"].value * (1 + 1e-7)
-        return outcome
 
-    monkeypatch.setattr(policy, "_run", slightly_wrong)
+    lying(monkeypatch, slightly_wrong)
     monkeypatch.setattr(policy, "polish", lambda problem: None)
     limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
     assert limit.record.solver == "CLARABEL" and limit.record.attempts[0].residual > 1e-8
 
 
 def test_a_false_claim_of_no_optimum_is_not_believed(punch, paper_cycle, monkeypatch):
-    run = policy._run
-
-    def denies(problem, name):
-        outcome = run(problem, name)
-        return "infeasible" if "margin" not in problem.var_dict else outcome
-
-    monkeypatch.setattr(policy, "_run", denies)
+    lying(monkeypatch, lambda problem, _: "infeasible" if "margin" not in problem.var_dict else None)
     with pytest.raises(fo.SolverError, match="HIGHS: infeasible, residual inf; CLARABEL"):
         fo.shakedown_limit(punch(16), paper_cycle, 0.7)
 
