@@ -69,7 +69,11 @@ def test_every_limit_says_its_kind_and_why(ask, name, contact, cycle, options, k
     number = limit.load_factor
     assert limit.kind is kind
     assert {LimitKind.FINITE: np.isfinite, LimitKind.UNBOUNDED: np.isposinf, LimitKind.NO_SAFE_SLIP: np.isnan}[kind](number)
-    assert (number == 0) == name.startswith("unloaded")
+    assert (number == 0) == name.startswith("unloaded") and limit.residual <= 1e-9
+    if kind is not LimitKind.FINITE:
+        rates = (limit if ask is fo.shakedown_limit else limit.shakedown).friction_rate
+        assert all(np.isnan(values).all() for values in (limit.slip, *limit.reactions, rates))
+        assert kind is LimitKind.UNBOUNDED or ask is fo.guaranteed_limit or len(limit.mechanism)
     printed = explained(limit)
     if ask is fo.shakedown_limit or limit.node is None:
         for text in texts:

@@ -1,63 +1,15 @@
-import io
-
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.linalg import block_diag
 
 import frictopt as fo
-from studies.validation.oracles import largest_load_factor
 from systems import CYCLE, FIRST_PAIR, random_system, system
-from test_slip_bound import freed
 
 EXACT = 1e-9
 
 
 def limit_of(contact, friction, cycle=CYCLE, **options):
     return fo.shakedown_limit(contact, cycle, friction, **options).load_factor
-
-
-@settings(max_examples=40)
-@given(
-    seed=st.integers(0, 10**6),
-    nodes=st.integers(1, 7),
-    corners=st.integers(1, 6),
-    f=st.floats(0.05, 2.0),
-    simplify=st.booleans(),
-    nodewise=st.booleans(),
-)
-def test_any_cycle_against_a_linear_program_of_all_corners(seed, nodes, corners, f, simplify, nodewise):
-    rng = np.random.default_rng(seed)
-    contact = random_system(rng, nodes, loads=("mean", "a", "b"), coupling=rng.choice([0.0, 0.5, 1.0]))
-    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in rng.normal(size=(corners, 2))])
-    friction = f * rng.uniform(0.5, 1.5, nodes) if nodewise else f
-    expected = largest_load_factor(contact, cycle, friction)
-    limit = fo.shakedown_limit(contact, cycle, friction, simplify=simplify)
-    if np.isfinite(expected):
-        assert limit.load_factor == pytest.approx(expected, rel=1e-8, abs=1e-9)
-        assert limit.bound == pytest.approx(limit.load_factor, rel=EXACT, abs=1e-9)
-        q, p = limit.reactions
-        assert (np.abs(q) - friction * p).max() < 1e-8
-    else:
-        assert limit.load_factor == pytest.approx(expected, nan_ok=True)
-    assert limit.residual < EXACT
-
-
-def test_a_limit_that_does_not_exist_is_an_answer():
-    nothing = system(np.eye(2), np.zeros((2, 2)), 0.0, 1.0, 0.0, 0.0)
-    never = fo.shakedown_limit(nothing, CYCLE, 0.5)
-    assert never.load_factor == np.inf and np.isnan(never.slip).all()
-    coupled = random_system(np.random.default_rng(0), 2)
-    pressing = fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}, {"mean": 2.0}])
-    assert fo.shakedown_limit(coupled, pressing, 3.0).load_factor == np.inf
-    pulled = system(1.0, 0.0, 0.0, -1.0, 1.0, 0.0)
-    for simplify in (True, False):
-        none = fo.shakedown_limit(pulled, CYCLE, 0.5, simplify=simplify)
-        assert np.isnan(none.load_factor) and set(none.mechanism.node) == {0} and none.residual < EXACT
-    for limit in (never, none):
-        assert np.isnan(limit.friction_rate).all() and np.isnan(limit.reactions).all()
-        limit.explain(io.StringIO())
 
 
 def test_pressure_must_stay_where_there_is_no_friction():
@@ -98,17 +50,6 @@ def test_weak_coupling_is_neither_lost_nor_a_failure(B):
 def test_stiffness_that_is_rounding_counts_as_none():
     tiny = fo.ContactSystem.from_blocks([[1e-17]], [[0.0]], [[1.0]], [0], {"mean": ([0.2], [1.0]), "cyclic": ([1.0], [0.0])})
     assert limit_of(tiny, 0.5) == pytest.approx(0.3, rel=1e-9)
-
-
-@settings(max_examples=15)
-@given(seed=st.integers(0, 10**6), sideways=st.floats(0.0, 2.0))
-def test_an_uncoupled_punch_without_supports_may_slip_as_a_whole(seed, sideways):
-    contact = freed(random_system(np.random.default_rng(seed), 4, coupling=0.0))
-    q1, p1 = contact.bonded["cyclic"]
-    contact = contact.with_bonded({"cyclic": (q1 + sideways, p1)})
-    closed = fo.shakedown_limit(contact, CYCLE, 0.4)
-    assert closed.record.solver == "closed form"
-    assert closed.load_factor == pytest.approx(largest_load_factor(contact, CYCLE, 0.4), rel=1e-9, nan_ok=True)
 
 
 COARSE = {

@@ -1,5 +1,7 @@
 """Safe slips, and limits under a bound on the slip, against programs over raw slips with the same bound."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -8,7 +10,6 @@ from hypothesis import strategies as st
 import frictopt as fo
 from liars import lying
 from oracle import Oracle
-from spatial import cycle as spatial_cycle
 from spatial import random_contact, single
 from systems import CYCLE, FIRST_PAIR, explained, linprog_limit, linprog_margin, random_system, stress_of, system
 
@@ -23,28 +24,35 @@ def freed(contact):
 
 
 @pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
-@settings(max_examples=30)
+@settings(max_examples=40)
 @given(
     seed=st.integers(0, 10**6),
-    nodes=st.integers(1, 5),
-    f=st.floats(0.05, 1.2),
+    nodes=st.integers(1, 6),
+    corners=st.integers(1, 6),
+    f=st.floats(0.05, 2.0),
+    coupling=st.sampled_from([0.0, 0.5, 1.0]),
     free=st.booleans(),
     simplify=st.booleans(),
-    size=st.sampled_from([0.0, 0.05, 0.3, 2.0, 100.0]),
+    size=st.sampled_from([None, None, 0.0, 0.05, 0.3, 2.0, 100.0]),
 )
-def test_the_shakedown_limit_against_a_program_over_raw_slips(tangents, seed, nodes, f, free, simplify, size):
-    """`free`: in the plane, of a body that nothing holds against a slide."""
-    rng, rel = np.random.default_rng(seed), 1e-7 if tangents == 1 else 1e-6
-    contact = random_system(rng, nodes, ("mean", *"abc")) if tangents == 1 else random_contact(rng, nodes)
-    contact, most, cycle = freed(contact) if free and tangents == 1 else contact, size * rng.uniform(0.5, 1.5, nodes), spatial_cycle()
+def test_the_shakedown_limit_against_a_program_over_raw_slips(tangents, seed, nodes, corners, f, coupling, free, simplify, size):
+    """With a bound on the slip and without. `free`: in the plane, of a body that nothing holds against a slide."""
+    rng, rel = np.random.default_rng(seed), 1e-8 if tangents == 1 else 1e-6
+    f, most = f * rng.uniform(0.5, 1.5, nodes), None if size is None else size * rng.uniform(0.5, 1.5, nodes)
+    contact = (partial(random_system, loads=("mean", *"abc")) if tangents == 1 else random_contact)(rng, nodes, coupling=coupling)
+    contact = freed(contact) if free and tangents == 1 else contact
+    cycle = fo.LoadCycle({"mean": 1.0}, [dict(zip("abc", row, strict=True)) for row in rng.normal(size=(corners, 3)).tolist()])
     limit = fo.shakedown_limit(contact, cycle, f, slip_bound=most, simplify=simplify)
     value = Oracle(contact, cycle, f, most=most).largest()
     assert limit.load_factor == pytest.approx(value, rel=rel, abs=rel / 10, nan_ok=True) and limit.residual <= 1e-9
+    assert limit.problem is None or coupling or size is not None or tangents == 2 or not simplify
     if limit.kind is fo.LimitKind.FINITE:
         guaranteed = fo.guaranteed_limit(contact, cycle, f, slip_bound=most, simplify=simplify)
         assert limit.bound == pytest.approx(limit.load_factor, rel=1e-8, abs=1e-8) and guaranteed.load_factor <= limit.load_factor * (1 + 1e-12)
+        q, p = limit.reactions
+        assert (np.linalg.norm(q.reshape(*p.shape, -1), axis=-1) - f * p).max() < 1e-8
         for slip in (limit.slip, guaranteed.slip):
-            assert (np.linalg.norm(slip.reshape(nodes, -1), axis=1) <= most * (1 + 1e-12)).all()
+            assert most is None or (np.linalg.norm(slip.reshape(nodes, -1), axis=1) <= most * (1 + 1e-12)).all()
         assert fo.safe_slip(contact, cycle, f, limit.load_factor, slip_bound=most).margin == pytest.approx(0.0, abs=1e-8)
 
 
