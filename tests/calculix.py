@@ -8,8 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.linalg import block_diag
 from skfem import Basis, ElementHex1, ElementQuad1, ElementVector, MeshHex, MeshQuad
 from skfem.models.elasticity import lame_parameters, linear_elasticity
+
+from multipliers import by_multipliers
 
 needs_ccx = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed: apt-get install calculix-ccx")
 MATRIX = "*FREQUENCY, SOLVER=MATRIXSTORAGE\n1\n"
@@ -98,8 +101,8 @@ def chained(top, direction):
     return [[(int(n), direction, 1.0), (int(before), direction, -1.0)] for before, n in pairwise(top)]
 
 
-class Glued:
-    """Blocks with equations and held nodes, the pairs of a contact glued together: K and constraints by Lagrange's multipliers.
+def glued(blocks, held, pairs, equations, loads):
+    """Stiffness of the pairs of a contact, direction by direction, and their reactions under each of some loads, by multipliers.
 
     Parameters
     ----------
@@ -111,36 +114,19 @@ class Glued:
         Numbers of the nodes of body 1 and of body 2.
     equations
         Tuples of (node, direction, weight).
+    loads
+        Tuples of (node, direction, force).
     """
+    d, numbers = len(blocks[0].lines), np.concatenate([block.numbers for block in blocks])
+    place = {int(n): d * i for i, n in enumerate(numbers)}
 
-    def __init__(self, blocks, held, pairs, equations=()):
-        d = len(blocks[0].lines)
-        numbers = np.concatenate([block.numbers for block in blocks])
-        self.d, self.place = d, {int(n): i for i, n in enumerate(numbers)}
-        size = d * len(numbers)
-        K, start = np.zeros((size, size)), 0
-        for block in blocks:
-            own = slice(start, start := start + d * len(block.numbers))
-            K[own, own] = block.stiffness()
-        glue = [[(a, k + 1, 1.0), (b, k + 1, -1.0)] for k in range(d) for a, b in pairs]
-        rules = [*glue, *equations, *([(n, k + 1, 1.0)] for n in held for k in range(d))]
-        rules = np.array([self.row(rule, size) for rule in rules])
-        self.matrix, self.size, self.glue = np.block([[K, rules.T], [rules, np.zeros((len(rules),) * 2)]]), size, len(glue)
-
-    def row(self, terms, size):
-        line = np.zeros(size)
+    def row(terms):
+        line = np.zeros(d * len(numbers))
         for node, direction, weight in terms:
-            line[self.d * self.place[node] + direction - 1] += weight
+            line[place[node] + direction - 1] += weight
         return line
 
-    def stiffness(self):
-        """(d N, d N) forces that relative motions of the pairs need, direction by direction."""
-        right = np.zeros((len(self.matrix), self.glue))
-        right[self.size : self.size + self.glue] = np.eye(self.glue)
-        return -np.linalg.solve(self.matrix, right)[self.size : self.size + self.glue]
-
-    def reactions(self, loads):
-        """(d N,) reactions of body 2 on body 1 under nodal forces, tuples of (node, direction, force)."""
-        right = np.zeros(len(self.matrix))
-        right[: self.size] = self.row(loads, self.size)
-        return -np.linalg.solve(self.matrix, right)[self.size : self.size + self.glue]
+    glue = [[(a, k + 1, 1.0), (b, k + 1, -1.0)] for k in range(d) for a, b in pairs]
+    K, G = block_diag(*(block.stiffness() for block in blocks)), np.array([row(rule) for rule in [*glue, *equations]])
+    S, R = by_multipliers(K, np.column_stack([row(load) for load in loads]), G, [place[n] + k for n in held for k in range(d)])
+    return S[: len(glue), : len(glue)], R[: len(glue)]

@@ -46,6 +46,17 @@ class Assembled:
         return G
 
 
+def glued_pairs(model, *held, others=None):
+    """S of a model whose pairs have the nodes of both bodies, by multipliers, its nodes held on planes: (body, axis, place, directions or all).
+
+    The body of each pair that is not the first one of the model is named in `others`, by default the second one.
+    """
+    whole, system, (one, two, *_) = Assembled(model.bodies), model.condense(), model.bodies
+    others = others or [two] * system.nodes
+    G = whole.motions(system.frames, [[(one, x, 1.0), (other, x, -1.0)] for x, other in zip(system.points, others, strict=True)])
+    return by_multipliers(whole.K, np.zeros((len(whole.K), 1)), G, np.concatenate([whole.on(*plane) for plane in held]))[0]
+
+
 def problem(rng, upper, lower, kind=MeshTri, turn=None, held=True):
     """Two blocks as another code would give them, of given lines across: the rows of K in any order, the contact at height 0 before the turn."""
     blocks = [kind.init_tensor(*lines, heights) for lines, heights in ((upper, [0.0, 0.6, 1.0]), (lower, [-1.0, -0.3, 0.0]))]

@@ -6,7 +6,7 @@ from scipy.linalg import eigh
 from scipy.sparse.linalg import spsolve
 
 import frictopt as fo
-from calculix import Block, Glued, chained, displacements, equation, lines, needs_ccx, node_set, run
+from calculix import Block, chained, displacements, equation, glued, lines, needs_ccx, node_set, run
 from frictopt.contact.parts import joined
 
 pytestmark = needs_ccx
@@ -62,11 +62,10 @@ def on_top(blocks, axis, traction):
 def agree(job, blocks, equations, axis):
     """Check stiffness and reactions of a job against multipliers."""
     system, pairs = condensed(job)
-    glued = Glued(blocks, job.deck.numbers[job.nodes("BOT")], pairs, equations)
-    S = glued.stiffness()
+    loads = [on_top(blocks, axis, traction) for traction in (-np.eye(axis + 1)[-1], np.eye(axis + 1)[0])]
+    S, R = glued(blocks, job.deck.numbers[job.nodes("BOT")], pairs, equations, loads)
     assert np.abs(system.S - S).max() < 1e-9 * np.abs(S).max()
-    for name, traction in (("P", -np.eye(axis + 1)[-1]), ("Q", np.eye(axis + 1)[0])):
-        r = glued.reactions(on_top(blocks, axis, traction))
+    for name, r in zip("PQ", R.T, strict=True):
         assert np.abs(joined(*system.bonded[name]) - r).max() < 1e-9 * np.abs(r).max()
     return system
 

@@ -10,7 +10,7 @@ from skfem.models.elasticity import linear_elasticity
 
 import frictopt as fo
 from meshes import matrices_of
-from multipliers import Assembled, by_multipliers
+from multipliers import Assembled, by_multipliers, glued_pairs
 
 KINDS = [MeshQuad, MeshTri, MeshHex, MeshTet]
 SHIMS = {"left": (0.0, 1.0, 0.0, 0.75), "right": (1.0, 2.0, 0.0, 0.75)}
@@ -136,10 +136,8 @@ def test_a_corner_is_in_both_contacts_of_bodies_that_do_not_meet_otherwise():
     model = fo.ContactModel(*corner_block())
     system = model.condense()
     assert system.nodes == 6 and (np.linalg.norm(system.points, axis=1) < 1e-9).sum() == 2
-    whole, frames = Assembled(model.bodies), system.frames
-    others = np.where(frames[:, 1, 1] > 0.5, "floor", "wall")
-    G = whole.motions(frames, [[("block", x, 1.0), (other, x, -1.0)] for x, other in zip(system.points, others, strict=True)])
-    S, _ = by_multipliers(whole.K, np.zeros((54, 1)), G, np.r_[whole.on("floor", 1, -1), whole.on("wall", 0, -1)])
+    frames = system.frames
+    S = glued_pairs(model, ("floor", 1, -1), ("wall", 0, -1), others=np.where(frames[:, 1, 1] > 0.5, "floor", "wall").tolist())
     assert np.allclose(system.S, S, rtol=0, atol=1e-9 * np.abs(S).max())
     for load, axis in (("P", 1), ("Q", 0)):
         q, p = system.reaction({load: 1.0})
@@ -160,11 +158,8 @@ def test_a_side_of_body_1_may_be_held_where_body_2_is_free():
         {"P": [fo.Traction("upper", "y1", y=-1.0)]},
         [fo.Contact("upper", "lower", "y0", "y1")],
     )
-    system = model.condense()
-    whole = Assembled(model.bodies)
-    G = whole.motions(system.frames, [[("upper", x, 1.0), ("lower", x, -1.0)] for x in system.points])
-    S, _ = by_multipliers(whole.K, np.zeros((36, 1)), G, np.r_[whole.on("upper", 0, 0, 0), whole.on("lower", 1, -1)])
-    assert np.allclose(system.S, S, rtol=0, atol=1e-9 * np.abs(S).max())
+    S = glued_pairs(model, ("upper", 0, 0, 0), ("lower", 1, -1))
+    assert np.allclose(model.condense().S, S, rtol=0, atol=1e-9 * np.abs(S).max())
 
 
 def test_a_plate_that_is_moved_takes_the_shims_along():
