@@ -78,6 +78,10 @@ NODE_3D = fo.ContactSystem(np.eye(3), [[0.0, 0.0, 0.0]], {"P": [0, 0, 1], "X": [
 ASKED_3D = {"system": NODE_3D, "cycle": fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"Y": 1.0}]), "friction": 0.6}
 SPLIT = MODEL.bodies["punch"].mesh.with_subdomains({"all": lambda x: x[1] > -1})
 INCREMENT = {"slip": SLIP, "bonded": BONDED}
+CLAIMED = dict.fromkeys(("v", "w", "q", "p", "previous_slip"), SLIP)  # may be nan, and the state is then infinitely wrong
+STEP = fo.starts.LoadStep({"mean": 0.5})
+BLOCKS, PLACED = {"A": np.eye(2), "B": np.zeros((2, 2)), "C": np.eye(2)}, {"gap": [0.1, 0.0], "contact": ["one", "two"]}
+SPRINGS = {"pairs": [[0, 2], [1, 3]], "normals": [0.0, 1.0], "unknowns": [[0, 1], [2, 3], [-1, -1], [-1, -1]], "points": 2 * [[0.0, 0.0], [1.0, 0.0]]}
 FLAT = Path(__file__).parent / "data" / "flat"
 JOB = fo.read_calculix(FLAT)
 
@@ -108,18 +112,12 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Body in space": (fo.Body, {"mesh": MODEL_3D.bodies["punch"].mesh}),
     "Support in space": (fo.Support, {"body": "punch", "where": (0.0, 0.0, 1.0)}),
     "ContactModel in space": (fo.ContactModel, {name: getattr(MODEL_3D, name) for name in ("bodies", "supports", "loads", "contacts")}),
-    "ContactSystem": (
-        fo.ContactSystem,
-        {"S": np.eye(6), "points": np.eye(3)[:2], "bonded": {"P": np.ones(6)}, "gap": [0.1, 0.0], "contact": ["one", "two"]},
-    ),
+    "ContactSystem": (fo.ContactSystem, {"S": np.eye(6), "points": np.eye(3)[:2], "bonded": {"P": np.ones(6)}, **PLACED}),
     "NewtonIncrement": (fo.increments.NewtonIncrement, {"system": NODE_3D, "friction": FRICTION}),
     "NewtonIncrement.solve": (fo.increments.NewtonIncrement(NODE_3D, FRICTION).solve, {"slip": [[0.0, 0.0]], "bonded": ([[0.1, 0.1]], [1.0])}),
     "SquarePunch": (condensed(fo.scenes.SquarePunch), {"elements": 2, "growth": 3.0, "block_half_width": 3.0, "block_depth": 3.0}),
     "march 3D": (fo.march, {**ASKED_3D, "load_factor": 0.5, "initial_slip": [[0.0, 0.1]], "cycles": 1, "engine": "newton", "steps": 2}),
-    "ContactSystem.from_blocks": (
-        fo.ContactSystem.from_blocks,
-        {"A": np.eye(2), "B": np.zeros((2, 2)), "C": np.eye(2), "x": [0.0, 1.0], "bonded": {"mean": BONDED}, "gap": [0.0, 0.1], "E_star": 1.0},
-    ),
+    "ContactSystem.from_blocks": (fo.ContactSystem.from_blocks, {**BLOCKS, "x": [0.0, 1.0], "bonded": {"mean": BONDED}, **PLACED, "E_star": 1.0}),
     "ContactSystem.reaction": (CONTACT.reaction, {"loads": {"mean": 1.0}}),
     "ContactSystem.with_bonded": (CONTACT.with_bonded, {"cases": {"other": BONDED}}),
     "ContactSystem.with_interference": (CONTACT.with_interference, {"cases": {"fit": [0.1, 0.0]}}),
@@ -142,17 +140,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "DesignModel": (fo.DesignModel, {"system": TWO_LOADS, "cycle": CYCLE, "preloads": ["other"], "scenarios": [(CYCLE, FRICTION)]}),
     "DesignModel.solve": (DESIGN.solve, {"friction": FRICTION, "constraints": [DESIGN.preload <= 0.1]}),
     "ShakedownModel.solve": (fo.ShakedownModel(CONTACT, CYCLE).solve, {"friction": FRICTION}),
-    "condense": (
-        fo.condense,
-        {
-            "K": np.diag([2.0, 3.0, 2.0, 3.0]),
-            "loads": {"P": [0.1, -1.0, 0.1, -1.0]},
-            "pairs": [[0, 2], [1, 3]],
-            "normals": [0.0, 1.0],
-            "unknowns": [[0, 1], [2, 3], [-1, -1], [-1, -1]],
-            "points": [[0.0, 0.0], [1.0, 0.0], [0.0, 0.0], [1.0, 0.0]],
-        },
-    ),
+    "condense": (fo.condense, {"K": np.diag([2.0, 3.0, 2.0, 3.0]), "loads": {"P": [0.1, -1.0, 0.1, -1.0]}, **SPRINGS}),
     "split_bodies": (fo.split_bodies, {"mesh": SPLIT, "materials": {"all": fo.Material()}}),
     "Interference": (fo.Interference, {"contact": "contact", "amount": 0.1}),
     "Support": (fo.Support, {"body": "punch", "where": "top"}),
@@ -164,26 +152,10 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "guaranteed_limit": (fo.guaranteed_limit, ASKED),
     "march": (fo.march, {**ASKED, "load_factor": 0.5, "cycles": 1}),
     "march qp": (fo.march, {**ASKED, "load_factor": 0.5, "cycles": 1, "engine": "qp", "steps": 2}),
-    "limit_after_protocol": (
-        fo.limit_after_protocol,
-        {**ASKED, "protocol": [fo.starts.LoadStep({"mean": 0.5})], "start": SLIP, "scan": 3, "tolerance": 0.1},
-    ),
+    "limit_after_protocol": (fo.limit_after_protocol, {**ASKED, "protocol": [STEP], "start": SLIP, "scan": 3, "tolerance": 0.1}),
     "order_preserving": (fo.reference.order_preserving, {"system": CONTACT}),
     "onset": (fo.onset, ASKED),
-    "referee": (
-        fo.reference.referee,
-        {
-            "system": CONTACT,
-            "bonded": BONDED,
-            "friction": FRICTION,
-            "v": SLIP,
-            "w": SLIP,
-            "q": SLIP,
-            "p": SLIP,
-            "previous_slip": SLIP,
-            "force_scale": 1.0,
-        },
-    ),
+    "referee": (fo.reference.referee, {"system": CONTACT, "bonded": BONDED, "friction": FRICTION, **CLAIMED, "force_scale": 1.0}),
     "read_abaqus": (fo.read_abaqus, {"path": "none"}),
     "read_ansys": (fo.read_ansys, {"path": "none"}),
     "read_nastran": (fo.read_nastran, {"path": "none"}),
@@ -226,20 +198,11 @@ MADE_BY_US = {"LimitKind", "Outcome"}  # by answers, and not by users
 NAMES = {"texts", "text array"}  # what is right for the names of the contact of two nodes
 OTHER_WORDS = {  # an error may speak of what stands in a file, of node sets, of load cases, or of pairs that a projection does not go with
     *(("MatrixJob.force", "where"), ("MatrixJob.pairs", "first"), ("MatrixJob.pairs", "second"), ("condense", "projection")),
-    *(
-        ("read_abaqus", "path"),
-        ("read_abaqus", "deck"),
-        *(("read_ansys", argument) for argument in ("path", "deck")),
-        *(("read_nastran", argument) for argument in ("path", "name", "deck", "labels")),
-        ("read_calculix", "job"),
-        ("read_mesh", "path"),
-        ("read_store", "path"),
-        *(("merge_stores", argument) for argument in ("into", "parts")),
-        ("safe_region", "loads"),
-    ),
+    *((f"read_{code}", argument) for code in ("abaqus", "ansys", "nastran") for argument in ("path", "deck")),
+    *(("read_nastran", "name"), ("read_nastran", "labels"), ("read_calculix", "job"), ("read_mesh", "path"), ("read_store", "path")),
+    *(("merge_stores", "into"), ("merge_stores", "parts"), ("safe_region", "loads")),
 }
 EMPTY = {"0", "empty list", "empty mapping"}  # of which another argument may be what does not fit
-MAY_BE_NAN = {"v", "w", "q", "p", "previous_slip"}  # in a claimed state, which is then infinitely wrong
 
 
 class TooLong(BaseException):
@@ -298,7 +261,7 @@ def test_an_odd_value_gives_an_answer_or_an_error_of_ours(name, tmp_path, monkey
             except (Exception, TooLong) as error:
                 faults.append(f"{argument}={label}: {type(error).__name__}: {str(error)[:100]}")
             else:
-                wrong_state = name.startswith("referee") and argument in MAY_BE_NAN and label == "nan in a list"
+                wrong_state = name.startswith("referee") and argument in CLAIMED and label == "nan in a list"
                 if label in NEVER and not wrong_state and not (argument == "contact" and label in NAMES):
                     faults.append(f"{argument}={label}: accepted")
     assert not faults, "\n" + "\n".join(faults)
