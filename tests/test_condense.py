@@ -10,6 +10,7 @@ from skfem import MeshQuad, MeshTri
 import frictopt as fo
 from frictopt.fem.elasticity import Material, body_stiffness
 from frictopt.fem.schur import Elimination, nested_dissection
+from refused import refused
 
 
 @st.composite
@@ -133,12 +134,9 @@ def test_triangles_have_a_uniform_dilatation_already():
     assert np.allclose(mean, full, rtol=0, atol=1e-12 * np.abs(full).max())
 
 
-@pytest.mark.parametrize(
-    ("E", "nu", "message"), [(0.0, 0.3, "E: 0.0"), (-1.0, 0.3, "E: -1"), (1.0, 0.5, "nu: 0.5"), (1.0, -1.0, "nu: -1"), (np.nan, 0.3, "E: nan")]
-)
-def test_impossible_materials_are_refused(E, nu, message):
-    with pytest.raises(fo.ModelError, match=message):
-        fo.Material(E=E, nu=nu)
+@refused((0.0, 0.3, "E: 0.0"), (-1.0, 0.3, "E: -1"), (1.0, 0.5, "nu: 0.5"), (1.0, -1.0, "nu: -1"), (np.nan, 0.3, "E: nan"))
+def test_impossible_materials_are_refused(E, nu):
+    fo.Material(E=E, nu=nu)
 
 
 @pytest.mark.parametrize("stiff", [1e-6, 1e6])

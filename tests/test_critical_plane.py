@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 import frictopt as fo
 from frictopt.transients.fretting import critical_planes
+from refused import refused
 
 E, NU, K, FS, C = 200e3, 0.3, 0.25, 1 / 400.0, 0.35
 PULL = np.diag([1.0, 0.0, 0.0])
@@ -117,20 +118,16 @@ def test_the_table_takes_fields_and_the_worst_of_several_cycles():
     assert one.fretting_table(fields=both[0], side=2, findley=0.0)["Findley"][3] == pytest.approx(tresca, rel=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"fields": []}, "fields: give fields"),
-        ({"fields": [1.0]}, "fields: "),
-        ({"fields": [[]]}, "fields: give fields"),
-        ({"fields": [[]], "stress": [[0.0] * 4], "strain": [[0.0] * 4]}, "fields, stress: both"),
-    ],
+@refused(
+    ({"fields": []}, "fields: give fields"),
+    ({"fields": [1.0]}, "fields: "),
+    ({"fields": [[]]}, "fields: give fields"),
+    ({"fields": [[]], "stress": [[0.0] * 4], "strain": [[0.0] * 4]}, "fields, stress: both"),
 )
-def test_what_are_no_fields_is_refused(options, message):
+def test_what_are_no_fields_is_refused(options):
     rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     steady = fo.steady_state(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 1.0)
-    with pytest.raises(fo.ModelError, match=message):
-        steady.fretting_table(**options)
+    steady.fretting_table(**options)
 
 
 def test_negative_weights_and_other_contacts_are_refused():

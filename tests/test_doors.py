@@ -11,6 +11,7 @@ from scipy.sparse import triu
 import frictopt as fo
 import joint
 from calculix import Block, lines, needs_ccx, node_set, run
+from refused import refused
 
 DATA = Path(__file__).parent / "data"
 K, LABELS = joint.stiffness()
@@ -97,27 +98,19 @@ def test_a_substructure_of_abaqus_with_a_rotation_and_modes(tmp_path, deck, limi
 WHOLE = element(K, list(dict.fromkeys(LABELS[:, 0].tolist())), [(1, 2, 3)] * 22)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        (
-            "*MATRIX,TYPE=STIFFNESS",
-            "*MATRIX,TYPE=MASS",
-            r"bad\.mtx has 1 elements, 22 nodes and 0 numbers of a stiffness; write it with \*SUBSTRUCTURE",
-        ),
-        ("** ELEMENT NODES", "** NODES", "has 1 elements, 0 nodes"),
-        ("*USER ELEMENT", "*USER ELEMENT, NODES= 1, LINEAR\n*USER ELEMENT", "has 2 elements"),
-        ("1, 2, 3\n*MATRIX", "1, 2\n*MATRIX", r"has 2211 numbers, not 990 for a triangle of 44 rows"),
-        ("1, 2, 3\n*MATRIX", "1, 2, 3\n40, 1\n*MATRIX", r"directions of bad\.mtx change at nodes \[40\] of 22"),
-        ("** 1, 2, 3,", "** 1, two, 3,", r"bad\.mtx cannot be read .*'two'"),
-        ("4.000000000000000e+02,", "4.0x,", r"bad\.mtx cannot be read .*'4\.0X'"),
-    ],
+@refused(
+    ("*MATRIX,TYPE=STIFFNESS", "*MATRIX,TYPE=MASS", r"bad\.mtx has 1 elements, 22 nodes and 0 numbers of a stiffness; write it with \*SUBSTRUCTURE"),
+    ("** ELEMENT NODES", "** NODES", "has 1 elements, 0 nodes"),
+    ("*USER ELEMENT", "*USER ELEMENT, NODES= 1, LINEAR\n*USER ELEMENT", "has 2 elements"),
+    ("1, 2, 3\n*MATRIX", "1, 2\n*MATRIX", r"has 2211 numbers, not 990 for a triangle of 44 rows"),
+    ("1, 2, 3\n*MATRIX", "1, 2, 3\n40, 1\n*MATRIX", r"directions of bad\.mtx change at nodes \[40\] of 22"),
+    ("** 1, 2, 3,", "** 1, two, 3,", r"bad\.mtx cannot be read .*'two'"),
+    ("4.000000000000000e+02,", "4.0x,", r"bad\.mtx cannot be read .*'4\.0X'"),
 )
-def test_damaged_substructures_are_refused(tmp_path, old, new, said):
+def test_damaged_substructures_are_refused(old, new, tmp_path):
     assert old in WHOLE
     (tmp_path / "bad.mtx").write_text(WHOLE.replace(old, new, 1))
-    with pytest.raises(fo.ModelError, match=said):
-        fo.read_abaqus(tmp_path / "bad.mtx")
+    fo.read_abaqus(tmp_path / "bad.mtx")
 
 
 @pytest.mark.parametrize(("file", "labels"), [("joint.pch", None), ("joint.op4", LABELS)])
@@ -232,20 +225,16 @@ def test_abaqus_gives_the_same_matrix(flat, tmp_path, part):
     assert np.array_equal(job.labels[order], flat.labels)
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("1 1 2.0\n2 1 -1.0\n", "FORMAT=COORDINATE"),
-        ("1, 1, 2.0\n2, 1, -1.0\n", "FORMAT=COORDINATE"),
-        ("7,1, 7,1\n", "rows of 4 columns"),
-        ("7,4, 8,5, 1.0\n", "labels: none is that of a displacement"),
-        ("-1,1, -7,1, 1.0\n", "labels: none is that of a displacement"),
-        ("7,1, 7,1, 1.0\n", "labels: none"),
-        ("7,1, 8,1, -1.0\n8,1, 7,1, -2.0\n", "not symmetric"),
-        ("", "stiffness: "),
-    ],
+@refused(
+    ("1 1 2.0\n2 1 -1.0\n", "FORMAT=COORDINATE"),
+    ("1, 1, 2.0\n2, 1, -1.0\n", "FORMAT=COORDINATE"),
+    ("7,1, 7,1\n", "rows of 4 columns"),
+    ("7,4, 8,5, 1.0\n", "labels: none is that of a displacement"),
+    ("-1,1, -7,1, 1.0\n", "labels: none is that of a displacement"),
+    ("7,1, 7,1, 1.0\n", "labels: none"),
+    ("7,1, 8,1, -1.0\n8,1, 7,1, -2.0\n", "not symmetric"),
+    ("", "stiffness: "),
 )
-def test_other_files_of_abaqus_are_refused(tmp_path, text, said):
+def test_other_files_of_abaqus_are_refused(text, tmp_path):
     (tmp_path / "a.mtx").write_text(text)
-    with pytest.raises(fo.ModelError, match=said):
-        fo.read_abaqus(tmp_path / "a.mtx")
+    fo.read_abaqus(tmp_path / "a.mtx")

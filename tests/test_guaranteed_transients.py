@@ -7,6 +7,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.limits import safe_vertices
+from refused import refused
 from systems import CYCLE, FIRST_PAIR, random_system, system
 
 
@@ -97,14 +98,10 @@ def test_vertices_are_safe_and_as_far_out_as_can_be():
     assert safe_vertices(contact, CYCLE, 0.5, 100 * load_factor, directions).shape == (0, 3)
 
 
-@pytest.mark.parametrize(
-    ("cycle", "options", "message"),
-    [
-        (CYCLE, {"above": 1.0}, "above: 1.0"),
-        (fo.LoadCycle({}, CYCLE.corners), {}, "guaranteed limit 0 between the least safe load factor 0 and lambda_2 = 0"),
-        (fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}]), {}, "guaranteed limit inf"),
-    ],
+@refused(
+    (CYCLE, {"above": 1.0}, "above: 1.0"),
+    (fo.LoadCycle({}, CYCLE.corners), {}, "guaranteed limit 0 between the least safe load factor 0 and lambda_2 = 0"),
+    (fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}]), {}, "guaranteed limit inf"),
 )
-def test_bad_input_is_refused(cycle, options, message):
-    with pytest.raises(fo.ModelError, match=message):
-        fo.guaranteed_limit(system(*FIRST_PAIR), cycle, 0.6).verify(**options)
+def test_bad_input_is_refused(cycle, options):
+    fo.guaranteed_limit(system(*FIRST_PAIR), cycle, 0.6).verify(**options)

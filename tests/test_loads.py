@@ -5,6 +5,7 @@ import pytest
 from skfem import MeshQuad
 
 import frictopt as fo
+from refused import refused
 
 STEEL = fo.Material(E=3.0, nu=0.3)
 
@@ -230,27 +231,23 @@ def test_loads_add_up_to_their_integrals():
         assert np.allclose(load._forces(fo.Body(mesh), kinematics).sum(axis=1), expected)
 
 
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: fo.Displacement("b", "top"), "Displacement: neither x nor y"),
-        (lambda: fo.Traction("b", "top"), "Traction: neither x nor y nor z; give one of them"),
-        (lambda: fo.BodyForce("b"), "BodyForce: neither x nor y nor z; give one of them"),
-        (lambda: fo.Displacement("b", (1.0,), x=1.0), "give the name of a boundary or one point"),
-        (lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: 1 / 0)]}), "the function raised ZeroDivisionError"),
-        (lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: np.ones(3))]}), r"the function gave shape \(3,\)"),
-        (lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: x * np.nan)]}), "not finite everywhere"),
-        (lambda: column(loads={"P": [fo.Pressure("upper", "none")]}), r"loads\['P'\]: boundary 'none' is unknown"),
-        (lambda: column(loads={"P": [fo.BodyForce("none", y=1.0)]}), "body 'none' is unknown"),
-        (lambda: column(loads={"P": [fo.Displacement("upper", "top", y=1.0)]}), "moves nodes in y that no support holds"),
-        (lambda: column("axisymmetric", half=-1.0), "x is the radius, >= 0"),
-        (lambda: cylinders(loads=[fo.Displacement("lower", "end", x=0.1)], directions="xy"), "'lower'.* moves nodes by 0.1 off the axis, x = 0"),
-        (lambda: column("axisymmetric", loads={"P": [fo.Centrifugal("upper", 1.0, centre=(1.0, 0.0))]}), "spin about their axis"),
-    ],
+@refused(
+    (lambda: fo.Displacement("b", "top"), "Displacement: neither x nor y"),
+    (lambda: fo.Traction("b", "top"), "Traction: neither x nor y nor z; give one of them"),
+    (lambda: fo.BodyForce("b"), "BodyForce: neither x nor y nor z; give one of them"),
+    (lambda: fo.Displacement("b", (1.0,), x=1.0), "give the name of a boundary or one point"),
+    (lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: 1 / 0)]}), "the function raised ZeroDivisionError"),
+    (lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: np.ones(3))]}), r"the function gave shape \(3,\)"),
+    (lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: x * np.nan)]}), "not finite everywhere"),
+    (lambda: column(loads={"P": [fo.Pressure("upper", "none")]}), r"loads\['P'\]: boundary 'none' is unknown"),
+    (lambda: column(loads={"P": [fo.BodyForce("none", y=1.0)]}), "body 'none' is unknown"),
+    (lambda: column(loads={"P": [fo.Displacement("upper", "top", y=1.0)]}), "moves nodes in y that no support holds"),
+    (lambda: column("axisymmetric", half=-1.0), "x is the radius, >= 0"),
+    (lambda: cylinders(loads=[fo.Displacement("lower", "end", x=0.1)], directions="xy"), "'lower'.* moves nodes by 0.1 off the axis, x = 0"),
+    (lambda: column("axisymmetric", loads={"P": [fo.Centrifugal("upper", 1.0, centre=(1.0, 0.0))]}), "spin about their axis"),
 )
-def test_bad_loads_are_refused(make, message):
-    with pytest.raises(fo.ModelError, match=message):
-        make()
+def test_bad_loads_are_refused(make):
+    make()
 
 
 @pytest.mark.parametrize("grading", [1.0, 1e4])

@@ -11,6 +11,7 @@ from skfem.models.elasticity import linear_elasticity
 import frictopt as fo
 from frictopt.fem.elasticity import body_stiffness
 from meshes import RUBBER, THICK
+from refused import refused
 from spatial import vectors
 
 X, UP, DOWN = np.array([-1.0, -0.4, 0.1, 1.0]), np.array([0.0, 0.3, 1.0]), np.array([-1.0, -0.6, 0.0])
@@ -176,22 +177,18 @@ PLANE = fo.Body(MeshQuad.init_tensor([0.0, 1.0], [0.0, 1.0]).with_boundaries(SID
 TWO_SQUARES = {"punch": PLANE, "block": fo.Body(MeshQuad.init_tensor([0.0, 1.0], [-1.0, 0.0]).with_boundaries(SIDES))}
 
 
-@pytest.mark.parametrize(
-    ("message", "change"),
-    [
-        ("bodies: 'punch' is plane, 'block' in space", {"bodies": {"punch": PLANE, "block": SCENE.model().bodies["block"]}}),
-        ("kinematics: 'plane_stress' with bodies in space", {"kinematics": "plane_stress"}),
-        ("Traction z: -1.0; body 'punch' is plane", {"bodies": TWO_SQUARES, "supports": [fo.Support("block", "bottom")]}),
-        ("supports: directions 'z' of body 'block', which is plane", {"bodies": TWO_SQUARES, "supports": [fo.Support("block", "bottom", "z")]}),
-        (r"where: \(0.0, 0.0\); give the 3 coordinates", {"supports": [fo.Support("block", (0.0, 0.0))]}),
-        (r"centre: \(0.0, 0.0\); give the 3 coordinates", {"loads": {"S": [fo.Centrifugal("punch", 1.0, centre=(0.0, 0.0))]}}),
-    ],
+@refused(
+    ({"bodies": {"punch": PLANE, "block": SCENE.model().bodies["block"]}}, "bodies: 'punch' is plane, 'block' in space"),
+    ({"kinematics": "plane_stress"}, "kinematics: 'plane_stress' with bodies in space"),
+    ({"bodies": TWO_SQUARES, "supports": [fo.Support("block", "bottom")]}, "Traction z: -1.0; body 'punch' is plane"),
+    ({"bodies": TWO_SQUARES, "supports": [fo.Support("block", "bottom", "z")]}, "supports: directions 'z' of body 'block', which is plane"),
+    ({"supports": [fo.Support("block", (0.0, 0.0))]}, r"where: \(0.0, 0.0\); give the 3 coordinates"),
+    ({"loads": {"S": [fo.Centrifugal("punch", 1.0, centre=(0.0, 0.0))]}}, r"centre: \(0.0, 0.0\); give the 3 coordinates"),
 )
-def test_models_that_make_no_sense_are_refused_by_name(message, change):
+def test_models_that_make_no_sense_are_refused_by_name(change):
     model = SCENE.model()
     values = {name: getattr(model, name) for name in ("bodies", "supports", "loads")}
-    with pytest.raises(fo.ModelError, match=message):
-        fo.ContactModel(**values | change).condense()
+    fo.ContactModel(**values | change).condense()
 
 
 @pytest.mark.parametrize("kind", [MeshHex, MeshTet])

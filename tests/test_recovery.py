@@ -6,6 +6,7 @@ from skfem.models.elasticity import linear_elasticity
 
 import frictopt as fo
 from meshes import blocks, hung, uniform_loads, vector_field
+from refused import refused
 
 MODELS = {
     "punch": fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6).model(),
@@ -120,18 +121,14 @@ def test_a_steady_state_is_recovered_at_its_last_corner(name, mean, corner):
         model.recover(steady, steady.slip)
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda model, fields: model.recover({"P": 1.0}), "slip: None"),
-        (lambda model, fields: model.recover({"none": 1.0}, np.zeros(9)), "load case 'none': unknown"),
-        (lambda model, fields: fields.at_contact(3), "side: 3"),
-        (lambda model, fields: fields.save("x.vtu", "none"), "body: 'none' is unknown"),
-        (lambda model, fields: fields.save("nowhere/x.vtu", "punch"), "cannot be written"),
-        (lambda model, fields: fields.save("x.odd", "punch"), "cannot be written"),
-    ],
+@refused(
+    (lambda model, fields: model.recover({"P": 1.0}), "slip: None"),
+    (lambda model, fields: model.recover({"none": 1.0}, np.zeros(9)), "load case 'none': unknown"),
+    (lambda model, fields: fields.at_contact(3), "side: 3"),
+    (lambda model, fields: fields.save("x.vtu", "none"), "body: 'none' is unknown"),
+    (lambda model, fields: fields.save("nowhere/x.vtu", "punch"), "cannot be written"),
+    (lambda model, fields: fields.save("x.odd", "punch"), "cannot be written"),
 )
-def test_bad_calls_are_refused(call, message):
+def test_bad_calls_are_refused(call):
     model = MODELS["punch"]
-    with pytest.raises(fo.ModelError, match=message):
-        call(model, model.recover({"P": 1.0}, np.zeros(9)))
+    call(model, model.recover({"P": 1.0}, np.zeros(9)))

@@ -8,6 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from refused import refused
 from spatial import random_contact
 from studies.validation.polygons import polygon_limit
 from systems import lifts, linprog_limit, random_system, stress_of
@@ -158,21 +159,17 @@ def test_a_mean_load_at_the_bound_leaves_amplitude_zero():
     assert np.allclose(region.vertices, 0.0, atol=1e-9) and region.contains(0.0, 0.0) and not region.contains(1e-3, 0.0)
 
 
-@pytest.mark.parametrize(
-    ("loads", "message"),
-    [
-        (["a"], "loads: 1; give two"),
-        ("ab", "loads: 'ab'; give a list"),
-        (["a", "a"], "load case 'a' is in two of them"),
-        (["a", []], r"loads\[1\]: no corners with a load"),
-        (["a", "none"], "load case 'none': unknown"),
-        (["a", [{"b": np.inf}]], r"loads\[1\]\[0\]\['b'\]: inf"),
-    ],
+@refused(
+    (["a"], "loads: 1; give two"),
+    ("ab", "loads: 'ab'; give a list"),
+    (["a", "a"], "load case 'a' is in two of them"),
+    (["a", []], r"loads\[1\]: no corners with a load"),
+    (["a", "none"], "load case 'none': unknown"),
+    (["a", [{"b": np.inf}]], r"loads\[1\]\[0\]\['b'\]: inf"),
 )
-def test_bad_loads_are_refused(loads, message):
+def test_bad_loads_are_refused(loads):
     contact = random_system(np.random.default_rng(0), 2, loads=("mean", "a", "b"))
-    with pytest.raises(fo.ModelError, match=message):
-        fo.safe_region(contact, MEAN, loads, 0.5)
+    fo.safe_region(contact, MEAN, loads, 0.5)
 
 
 def test_the_ray_of_one_load_alone_gives_a_line_for_both():

@@ -1,6 +1,5 @@
 """The scenes: closed forms, invariances, and every scene through the whole package."""
 
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +7,7 @@ import pytest
 
 import frictopt as fo
 from meshes import matrices_of
+from refused import refused
 
 
 def pull(case="pull"):
@@ -106,36 +106,32 @@ def test_a_cylinder_slips_as_cattaneo_and_mindlin_say():
     assert np.allclose(p[inside] / system.width[inside], hertz.pressure(system.x[inside]), rtol=0.03)
 
 
-@pytest.mark.parametrize(
-    ("kind", "fields", "said"),
-    [
-        (fo.scenes.Dovetail, {"angle": 5.0}, "angle: 5"),
-        (fo.scenes.Dovetail, {"elements": 5}, "multiple of 2"),
-        (fo.scenes.Dovetail, {"edge_length": 0.6}, "edge_length: 0.6"),
-        (fo.scenes.Dovetail, {"disc_half_width": 1.5}, "the slot takes"),
-        (fo.scenes.Dovetail, {"growth": 1.0001}, "nodes"),
-        (fo.scenes.PinInPlate, {"elements": 20}, "multiple of 8"),
-        (fo.scenes.PinInPlate, {"plate_half_width": 1.4}, "plate_half_width: 1.4"),
-        (fo.scenes.PinInPlate, {"growth": 1.00001, "elements": 8000}, "nodes"),
-        (fo.scenes.RoundedPunch, {"flat_half_width": 1.0}, "flat_half_width: 1"),
-        (fo.scenes.PressFit, {"collar_radius": 0.5}, "collar_radius: 0.5; it must be more than shaft_radius = 1"),
-        (fo.scenes.PunchOnHalfPlane, {"elements": 17}, "elements: 17; give a multiple of 2"),
-        (fo.scenes.PunchOnHalfPlane, {"block_half_width": 1.0}, "block_half_width: 1; it must be more than half_width = 1"),
-        (fo.scenes.PunchOnHalfPlane, {"grading": 0.5}, "grading: 0.5"),
-        (fo.scenes.PunchOnHalfPlane, {"growth": 1.0}, "growth: 1.0"),
-        (fo.scenes.PunchOnHalfPlane, {"elements": 10**13}, "elements: 10000000000000"),
-        (fo.scenes.PunchOnHalfPlane, {"half_width": 1e-300}, "block_half_width: 12 beside half_width = 1e-300"),
-        (fo.scenes.PunchOnHalfPlane, {"half_width": 1e-4, "growth": 1.001}, "growth = 1.001: they make a mesh of"),
-        (fo.scenes.PunchOnHalfPlane, {"grading": 9e14, "elements": 10_000}, "grading: 9e+14"),
-        (fo.scenes.SquarePunch, {"elements": 1}, "elements"),
-        (fo.scenes.SquarePunch, {"block_half_width": 1.0}, "block_half_width"),
-        (fo.scenes.SquarePunch, {"growth": 1.0}, "growth"),
-        (fo.scenes.SquarePunch, {"block_depth": 1e7}, "block_depth"),
-    ],
+@refused(
+    (fo.scenes.Dovetail, {"angle": 5.0}, "angle: 5"),
+    (fo.scenes.Dovetail, {"elements": 5}, "multiple of 2"),
+    (fo.scenes.Dovetail, {"edge_length": 0.6}, "edge_length: 0.6"),
+    (fo.scenes.Dovetail, {"disc_half_width": 1.5}, "the slot takes"),
+    (fo.scenes.Dovetail, {"growth": 1.0001}, "nodes"),
+    (fo.scenes.PinInPlate, {"elements": 20}, "multiple of 8"),
+    (fo.scenes.PinInPlate, {"plate_half_width": 1.4}, "plate_half_width: 1.4"),
+    (fo.scenes.PinInPlate, {"growth": 1.00001, "elements": 8000}, "nodes"),
+    (fo.scenes.RoundedPunch, {"flat_half_width": 1.0}, "flat_half_width: 1"),
+    (fo.scenes.PressFit, {"collar_radius": 0.5}, "collar_radius: 0.5; it must be more than shaft_radius = 1"),
+    (fo.scenes.PunchOnHalfPlane, {"elements": 17}, "elements: 17; give a multiple of 2"),
+    (fo.scenes.PunchOnHalfPlane, {"block_half_width": 1.0}, "block_half_width: 1; it must be more than half_width = 1"),
+    (fo.scenes.PunchOnHalfPlane, {"grading": 0.5}, "grading: 0.5"),
+    (fo.scenes.PunchOnHalfPlane, {"growth": 1.0}, "growth: 1.0"),
+    (fo.scenes.PunchOnHalfPlane, {"elements": 10**13}, "elements: 10000000000000"),
+    (fo.scenes.PunchOnHalfPlane, {"half_width": 1e-300}, "block_half_width: 12 beside half_width = 1e-300"),
+    (fo.scenes.PunchOnHalfPlane, {"half_width": 1e-4, "growth": 1.001}, "growth = 1.001: they make a mesh of"),
+    (fo.scenes.PunchOnHalfPlane, {"grading": 9e14, "elements": 10_000}, "grading: 9e.14"),
+    (fo.scenes.SquarePunch, {"elements": 1}, "elements"),
+    (fo.scenes.SquarePunch, {"block_half_width": 1.0}, "block_half_width"),
+    (fo.scenes.SquarePunch, {"growth": 1.0}, "growth"),
+    (fo.scenes.SquarePunch, {"block_depth": 1e7}, "block_depth"),
 )
-def test_scenes_that_cannot_be_are_refused(kind, fields, said):
-    with pytest.raises(fo.ModelError, match=re.escape(said)):
-        kind(**fields)
+def test_scenes_that_cannot_be_are_refused(kind, fields):
+    kind(**fields)
 
 
 def test_a_dovetail_that_is_reduced_to_its_contacts_and_its_top():

@@ -7,6 +7,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.reference import SphereContact, half_space_contact, single_node_dissipation
+from refused import refused
 from spatial import cycle, random_contact, single
 
 TO_AND_FRO = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
@@ -96,16 +97,12 @@ def test_a_study_runs_from_every_kind_of_start():
 WALKING = fo.LoadCycle({"P": 1.0}, [{"X": 0.1}, {"X": 0.1}], fixed=[{"Y": 0.1}, {}])
 
 
-@pytest.mark.parametrize(
-    ("ask", "why"),
-    [
-        (lambda: fo.guaranteed_limit(single(), WALKING, 0.5), "cycle: its fixed parts differ, of a contact in space"),
-        (lambda: fo.march(single(), cycle(), 0.5, 1.0, engine="path"), "engine: 'path'.*the friction circle is curved"),
-        (lambda: fo.steady_state(single(), cycle(), 0.5, 1.0, steps=0), "steps: 0"),
-        (lambda: fo.march(single(), cycle(), 0.5, 1.0, engine="milp"), "engine: 'milp'.*the friction circle is curved"),
-        (lambda: fo.march(single(), fo.LoadCycle({"X": 0.1}, [{"Y": 1.0}]), 0.5, 1.0), "mean: the mean load has no normal reactions"),
-    ],
+@refused(
+    (lambda: fo.guaranteed_limit(single(), WALKING, 0.5), "cycle: its fixed parts differ, of a contact in space"),
+    (lambda: fo.march(single(), cycle(), 0.5, 1.0, engine="path"), "engine: 'path'.*the friction circle is curved"),
+    (lambda: fo.steady_state(single(), cycle(), 0.5, 1.0, steps=0), "steps: 0"),
+    (lambda: fo.march(single(), cycle(), 0.5, 1.0, engine="milp"), "engine: 'milp'.*the friction circle is curved"),
+    (lambda: fo.march(single(), fo.LoadCycle({"X": 0.1}, [{"Y": 1.0}]), 0.5, 1.0), "mean: the mean load has no normal reactions"),
 )
-def test_what_is_not_answered_is_refused_by_name_and_says_why(ask, why):
-    with pytest.raises(fo.ModelError, match=why):
-        ask()
+def test_what_is_not_answered_is_refused_by_name_and_says_why(ask):
+    ask()

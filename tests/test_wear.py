@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from refused import refused
 from studies.validation.fuzz.embedded import embedded
 from worn import F, cylinder, driven_punch, plain_rate
 
@@ -160,21 +161,17 @@ def test_what_stops_wear_keeps_what_is_done(error, monkeypatch):
     assert fo.wear(history.system, *COARSE[1:], coefficient=1e-3, initial_state=history.state, cycles=1e3).volume > 0
 
 
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        ({"coefficient": -1e-3}, "coefficient: -0.001 at node 0"),
-        ({"coefficient": [1e-3, 1e-3]}, r"coefficient: shape \(2,\)"),
-        ({"coefficient": 1e-3, "cycles": 0.5}, "cycles: 0.5"),
-        ({"coefficient": 1e-3, "cycles": np.inf}, "cycles: inf"),
-        ({"coefficient": 1e-3, "tolerance": 0.0}, "tolerance: 0.0"),
-        ({"coefficient": 1e-3, "energy": 1}, "energy: 1"),
-        ({"coefficient": 1e-3, "steps": 0}, "steps: 0"),
-    ],
+@refused(
+    ({"coefficient": -1e-3}, "coefficient: -0.001 at node 0"),
+    ({"coefficient": [1e-3, 1e-3]}, r"coefficient: shape \(2,\)"),
+    ({"coefficient": 1e-3, "cycles": 0.5}, "cycles: 0.5"),
+    ({"coefficient": 1e-3, "cycles": np.inf}, "cycles: inf"),
+    ({"coefficient": 1e-3, "tolerance": 0.0}, "tolerance: 0.0"),
+    ({"coefficient": 1e-3, "energy": 1}, "energy: 1"),
+    ({"coefficient": 1e-3, "steps": 0}, "steps: 0"),
 )
-def test_bad_input_is_refused_by_name(options, said):
-    with pytest.raises(fo.ModelError, match=said):
-        fo.wear(*COARSE, **options)
+def test_bad_input_is_refused_by_name(options):
+    fo.wear(*COARSE, **options)
 
 
 def test_a_contact_without_width_or_friction_is_refused():
