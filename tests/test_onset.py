@@ -79,20 +79,6 @@ def test_an_inadmissible_mean_load_is_said():
     assert (found.mean_slips, found.mean_opens) == ((0, 1), (1,)) and found.residual > 0.1, "with what is fixed at one corner"
 
 
-def test_a_node_at_its_bound_that_the_load_relieves_waits_for_its_other_bound():
-    """Node 0 starts at q = -f p and is drawn to q = +f p, which it reaches at lam = 2; node 1, with q = .5 and f p = 1, never gets there."""
-    contact = system(np.eye(2), np.zeros((2, 2)), (-1.0, 0.5), (2.0, 2.0), (1.0, 0.0), 0.0)
-    found = fo.onset(contact, ONE_WAY, 0.5)
-    assert found.mean_admissible and (found.slip.load_factor, found.slip.node, found.slip.sense) == (2.0, 0, -1)
-    touching = system([[1.0]], [[0.0]], 0.0, 0.0, 0.0, 1.0)  # no pressure yet, but the load presses
-    assert fo.onset(touching, ONE_WAY, 0.5).separation.load_factor == np.inf
-
-
-def test_a_node_at_its_bound_that_the_load_leaves_there_does_not_slip():
-    contact = system([[1.0]], [[0.0]], -1.0, 2.0, -0.5, 1.0)
-    assert fo.onset(contact, ONE_WAY, 0.5).slip.load_factor == np.inf
-
-
 def test_mirror_images_name_the_first_node_whatever_the_rounding(punch):
     contact = punch(16)
     assert fo.onset(contact, pulled(1.0), 1.0).slip.node == 0
@@ -193,6 +179,8 @@ def test_a_picture_and_the_reason_tell_the_settled_mean_load():
         (0.0, 0.0, 0.8, -1.0, 0.0),
         (0.0, 0.0, 0.3, 0.4, 0.0),
         (0.0, 0.0, 0.3, 1.0, np.inf),
+        (-1.0, 2.0, 1.0, 0.0, 2.0),  # at its bound, which the load relieves: it waits for the other one
+        (-1.0, 2.0, -0.5, 1.0, np.inf),  # or leaves there
     ],
 )
 def test_a_node_slips_first_where_its_shear_leaves_its_bound_in_the_plane_and_in_any_direction_in_space(q0, p0, q1, p1, first):
@@ -202,4 +190,6 @@ def test_a_node_slips_first_where_its_shear_leaves_its_bound_in_the_plane_and_in
     plane = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0, 1], {name: (shears[name], presses[name]) for name in shears})
     solid = fo.ContactSystem(np.eye(6), np.eye(3)[:2], {name: np.r_[turn[0] * q, turn[1] * q, presses[name]] for name, q in shears.items()})
     for contact in (plane, solid):
-        assert fo.onset(contact, ONE_WAY, 0.5).slip.load_factor == pytest.approx(first, abs=1e-12)
+        found = fo.onset(contact, ONE_WAY, 0.5)
+        assert found.slip.load_factor == pytest.approx(first, abs=1e-12) and found.slip.node == (None if first == np.inf else 0)
+        assert (found.separation.load_factor == np.inf) == (p1 >= 0)  # without pressure yet, but pressed by the load, too
