@@ -3,12 +3,15 @@
 import io
 
 import numpy as np
+from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 import frictopt as fo
 
 CYCLE = fo.LoadCycle(mean={"mean": 1.0}, corners=[{"cyclic": -1.0}, {"cyclic": 1.0}])
+PULL, SHEAR = (fo.LoadCycle({"P": 1.0}, [{name: -1.0}, {name: 1.0}]) for name in ("sigma", "Q"))
 
+SEEDS = st.integers(0, 10**6)
 # Two coupled pairs for `system`: with f = 0.6 and 0.4 their guaranteed limits are well below their shakedown limits.
 FIRST_PAIR = (np.array([[1, -0.4], [-0.4, 1]]), np.array([[-0.1, -0.7], [0.7, 0.1]]), 0, 1, (0.8, 0.8), (0.4, 0.1))
 SECOND_PAIR = (np.array([[1, -0.6], [-0.6, 1]]), np.array([[-0.5, -0.4], [0.4, 0.5]]), 0, 1, (0.4, -0.4), (0.1, -0.1))
@@ -24,10 +27,8 @@ def system(A, B, q0, p0, q1, p1, C=None, gap=None):
     if C is None:
         C = np.eye(n) * (1.0 + np.abs(B @ np.linalg.pinv(A) @ B.T).sum())
     C = np.atleast_2d(C)
-    pairs = {"mean": (q0, p0), "cyclic": (q1, p1)}
-    return fo.ContactSystem.from_blocks(
-        A, B, C, np.arange(n), {k: (np.broadcast_to(q, n), np.broadcast_to(p, n)) for k, (q, p) in pairs.items()}, gap
-    )
+    bonded = {name: (np.broadcast_to(q, n), np.broadcast_to(p, n)) for name, (q, p) in (("mean", (q0, p0)), ("cyclic", (q1, p1)))}
+    return fo.ContactSystem.from_blocks(A, B, C, np.arange(n), bonded, gap)
 
 
 def random_system(rng, nodes, loads=("mean", "cyclic"), coupling=0.5):

@@ -7,9 +7,7 @@ import frictopt as fo
 from frictopt.contact.parts import joined
 from frictopt.transients.sliding import rigid_motions
 from meshes import wedge
-from systems import linprog_limit
-
-CYCLE = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+from systems import PULL, linprog_limit
 
 
 def held(tangents, nodes=4, seed=0):
@@ -92,10 +90,10 @@ def test_the_rigid_punch_settles_with_the_mesh(cells, give, limit, onset):
     hard, soft = punch(cells), punch(cells, give)
     sprung = hard.with_contact_stiffness(tangential=1 / give, normal=1 / give)
     assert np.abs(sprung.S - soft.S).max() < 1e-11 * np.abs(soft.S).max()
-    found = fo.shakedown_limit(sprung, CYCLE, 0.3).load_factor
+    found = fo.shakedown_limit(sprung, PULL, 0.3).load_factor
     (q0, p0), (q1, p1) = soft.bonded["P"], soft.bonded["sigma"]
     first = min(((0.3 * p0 - s * q0) / np.abs(s * q1 - 0.3 * p1)).min() for s in (1, -1))
-    assert found == pytest.approx(linprog_limit(soft, CYCLE, 0.3)[1], rel=1e-7)
+    assert found == pytest.approx(linprog_limit(soft, PULL, 0.3)[1], rel=1e-7)
     assert (round(found, 5), round(first, 3)) == (limit, onset)
 
 

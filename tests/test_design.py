@@ -9,10 +9,8 @@ from frictopt.contact.parts import joined, parted
 from oracle import TIGHT
 from spatial import cycle as spatial_cycle
 from spatial import random_contact
-from systems import CYCLE, explained, random_system
+from systems import CYCLE, PULL, explained, random_system
 from test_contact_stiffness import collocation, punch
-
-PULL = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 
 
 def best(contact, scenarios, preloads, profile, own):

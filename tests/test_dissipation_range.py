@@ -6,10 +6,8 @@ import pytest
 import frictopt as fo
 from frictopt.histories.range_search import Search
 from paths import followed
-from systems import CYCLE, FIRST_PAIR, system
+from systems import CYCLE, FIRST_PAIR, PULL, SHEAR, system
 
-LOADS = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
-SHEAR = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
 PULLED = fo.LoadCycle({"P": 1.0, "Q": 0.2}, [{"sigma": -1.0}, {"sigma": 1.0}])
 ROUND = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"Q": 0.1}, {"sigma": -1.0}, {"Q": -0.1}])
 # W E* / P^2 on the default scene, see the study "range": friction, load over lambda_2, least and largest found
@@ -56,11 +54,11 @@ def test_two_nodes(load_factor, least, most):
 )
 def test_the_paper_scene(friction, ratio, least, most, paper_punch):
     contact = paper_punch(124)
-    load_factor, span = found(contact, LOADS, friction, ratio)
+    load_factor, span = found(contact, PULL, friction, ratio)
     unit = 4 * contact.x[-1] ** 2 / contact.E_star
     assert span.least / unit == pytest.approx(least, rel=1e-3) and span.most / unit > most * (1 - 1e-3)
-    assert reached(contact, LOADS, friction, load_factor, span.worst_start) == span.most == span.most_state.dissipation
-    assert reached(contact, LOADS, friction, load_factor, span.least_start) == span.least == span.least_state.dissipation
+    assert reached(contact, PULL, friction, load_factor, span.worst_start) == span.most == span.most_state.dissipation
+    assert reached(contact, PULL, friction, load_factor, span.least_start) == span.least == span.least_state.dissipation
 
 
 def test_one_node_and_sliders_have_one_dissipation():
@@ -76,7 +74,7 @@ def test_one_node_and_sliders_have_one_dissipation():
 
 @pytest.mark.parametrize(
     ("cycle", "friction", "ratio"),
-    [(LOADS, 0.5, 0.9), (LOADS, 0.7, 1.2), (SHEAR, 0.3, 1.2), (SHEAR, 0.2, 0.9), (ROUND, 0.5, 0.9), (PULLED, 0.5, 0.95), (PULLED, 0.4, 1.2)],
+    [(PULL, 0.5, 0.9), (PULL, 0.7, 1.2), (SHEAR, 0.3, 1.2), (SHEAR, 0.2, 0.9), (ROUND, 0.5, 0.9), (PULLED, 0.5, 0.95), (PULLED, 0.4, 1.2)],
 )
 def test_no_sampled_start_lies_outside(cycle, friction, ratio, paper_punch):
     contact = paper_punch(16)
@@ -87,10 +85,10 @@ def test_no_sampled_start_lies_outside(cycle, friction, ratio, paper_punch):
 
 def test_the_least_orbit_slips_as_little_as_is_proven(paper_punch):
     contact = paper_punch(16)
-    limit = fo.shakedown_limit(contact, LOADS, 0.7)
+    limit = fo.shakedown_limit(contact, PULL, 0.7)
     for ratio in (1.05, 1.2, 1.5):
-        load_factor, span = found(contact, LOADS, 0.7, ratio)
-        path = followed(contact, LOADS, 0.7, load_factor, span.least_start, cycles=30)
+        load_factor, span = found(contact, PULL, 0.7, ratio)
+        path = followed(contact, PULL, 0.7, load_factor, span.least_start, cycles=30)
         corners = []
         for corner in path.corners:
             path.follow_to(corner, "")
@@ -176,18 +174,18 @@ def test_a_search_tells_of_each_transient_while_it_lasts(shown, monkeypatch):
 def test_a_search_follows_no_start_in_vain(paper_punch):
     """Starts that one cycle brings to the same state have the work of one; those given up have less than looked for, others what they have."""
     contact, f = paper_punch(16), np.full(17, 0.7)
-    load_factor = 1.2 * fo.shakedown_limit(contact, LOADS, 0.7).load_factor
+    load_factor = 1.2 * fo.shakedown_limit(contact, PULL, 0.7).load_factor
     far = 30 * (contact.x - contact.x.mean())
-    search = Search(contact, LOADS, f, load_factor, None)
+    search = Search(contact, PULL, f, load_factor, None)
     one, other, none = (search.follow(name, slip) for name, slip in {"one": far, "other": 3 * far, "none": 0 * far}.items())
     assert other.state is one.state and none.state is not one.state
-    works = [reached(contact, LOADS, f, load_factor, slip) for slip in (far, 3 * far, 0 * far)]
+    works = [reached(contact, PULL, f, load_factor, slip) for slip in (far, 3 * far, 0 * far)]
     np.testing.assert_allclose([one.work, other.work, none.work], works, rtol=1e-9)
     again, new = ([(str(factor), factor * slip) for factor in (1, 3)] for slip in (far, -far))
     assert [orbit.name for orbit in search.further(again)] == ["1"] and [orbit.name for orbit in search.further(new)] == ["1", "3"]
     given_up = 0
     for slip in slips(np.random.default_rng(3), contact, 30, 1.0):
-        work, orbit = reached(contact, LOADS, f, load_factor, slip), search.follow("random", slip, 0.8 * one.work)
+        work, orbit = reached(contact, PULL, f, load_factor, slip), search.follow("random", slip, 0.8 * one.work)
         assert work < 0.8 * one.work * 1.02 if orbit.state is None else orbit.work == pytest.approx(work, rel=1e-9)
         given_up += orbit.state is None
     assert 3 < given_up < 27
@@ -204,15 +202,15 @@ def test_bounded_starts_stay_within_their_bound_and_find_less(paper_punch):
     contact = paper_punch(16)
     works = []
     for bound in (0.02, 0.1, 0.5, None):
-        load_factor, span = found(contact, LOADS, 0.7, 0.9, slip_bound=bound)
+        load_factor, span = found(contact, PULL, 0.7, 0.9, slip_bound=bound)
         works.append(span.most)
         if bound is not None:
             assert max(np.abs(span.worst_start).max(), np.abs(span.least_start).max()) <= bound * (1 + 1e-9)
             starts = np.random.default_rng(2).uniform(-bound, bound, (60, 17))
-            assert not len(outside(contact, LOADS, 0.7, load_factor, span, starts)[0])
+            assert not len(outside(contact, PULL, 0.7, load_factor, span, starts)[0])
     assert works == sorted(works) and works[0] < works[-1]
-    _, above = found(contact, LOADS, 0.7, 1.2, slip_bound=0.02)
-    assert above.least > found(contact, LOADS, 0.7, 1.2)[1].least and np.abs(above.least_start).max() <= 0.02 * (1 + 1e-9)
+    _, above = found(contact, PULL, 0.7, 1.2, slip_bound=0.02)
+    assert above.least > found(contact, PULL, 0.7, 1.2)[1].least and np.abs(above.least_start).max() <= 0.02 * (1 + 1e-9)
 
 
 def test_units_and_the_sense_of_the_load_do_not_matter():

@@ -8,9 +8,7 @@ import frictopt as fo
 from frictopt.contact.parts import joined
 from refused import refused
 from spatial import thick
-from systems import CYCLE, FIRST_PAIR, mirrored, system
-
-PAPER = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+from systems import CYCLE, FIRST_PAIR, PULL, mirrored, system
 
 
 def by_trajectory(contact, cycle, friction, factor, cycles):
@@ -27,7 +25,7 @@ def test_the_table_against_a_long_transient_by_quadrature(punch, opening):
         contact = mirrored(np.random.default_rng(3), 6)
         cycle, friction, factor = fo.LoadCycle({"mean": 1.0}, [{"one": -1.0}, {"one": 1.0}]), 0.4, 9.0
     else:
-        contact, cycle, friction = punch(16), PAPER, 0.7
+        contact, cycle, friction = punch(16), PULL, 0.7
         factor = 1.3 * fo.shakedown_limit(contact, cycle, friction).load_factor
     contact = replace(contact, width=np.linspace(0.1, 0.3, contact.nodes))
     steady = fo.steady_state(contact, cycle, friction, factor)

@@ -5,10 +5,9 @@ import pytest
 
 import frictopt as fo
 from paths import followed
-from systems import CYCLE, FIRST_PAIR, system
+from systems import CYCLE, FIRST_PAIR, PULL, system
 
 NODE = {"A": 2.0, "B": 0.5, "q0": 0.1, "p0": 1.0, "q1": 1.0, "p1": 0.2}
-LOADS = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 
 
 def corners(contact, cycle, friction, load_factor, start, cycles):
@@ -38,9 +37,9 @@ def test_one_node_slips_as_much_as_the_closed_form_says():
 
 def test_it_is_sharp_on_the_punch_and_names_its_edges():
     scene = fo.scenes.PunchOnHalfPlane(elements=16).condense()
-    limit = fo.shakedown_limit(scene, LOADS, 0.7)
+    limit = fo.shakedown_limit(scene, PULL, 0.7)
     least = limit.least_slip(1.5 * limit.load_factor)
-    slip, gap = corners(scene, LOADS, 0.7, least.load_factor, limit.slip, 40)
+    slip, gap = corners(scene, PULL, 0.7, least.load_factor, limit.slip, 40)
     assert not gap.any() and least.of(slip) == pytest.approx(least.bound, rel=1e-9)
     assert set(least.to_frame()["node"][:2]) == {0, 16}
     assert np.ptp(slip, axis=0).sum() >= least.total > 0

@@ -8,14 +8,13 @@ from matplotlib.collections import PathCollection
 from matplotlib.patches import Polygon
 
 import frictopt as fo
-from systems import CYCLE, linprog_limit, system
+from systems import CYCLE, PULL, linprog_limit, system
 from test_plots import ALL, FIVE, JOINT, PAIR, F, check_mechanism, check_ratio, joined, labelled, parts
 
 pytestmark = pytest.mark.usefixtures("no_figures_stay_open")
 
 PUNCH = fo.scenes.PunchOnHalfPlane(elements=4).condense()
 ROUNDED = PUNCH.with_gap(2.0 * PUNCH.x**4)
-PULL = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 MEAN = {"mean": 1.0}
 
 
@@ -94,9 +93,7 @@ def test_a_damping_curve_is_drawn_over_the_load_with_its_band_and_the_limits():
         assert sorted(one.get_xdata()[0] for one in limits) == [curve.guaranteed_limit, curve.shakedown_limit]
         (band,) = ax.collections
         reach = band.get_datalim(ax.transData)
-        assert reach.ymin == pytest.approx(getattr(curve, f"least_{name}").min()) and reach.ymax == pytest.approx(
-            getattr(curve, f"most_{name}").max()
-        )
+        assert (reach.ymin, reach.ymax) == pytest.approx((getattr(curve, f"least_{name}").min(), getattr(curve, f"most_{name}").max()))
 
 
 @pytest.mark.parametrize("factors", [[0.3, 1.0, 4.0], [2000.0, 4000.0, 7000.0], [0.001, 10.0]])
@@ -128,8 +125,7 @@ def test_a_design_is_drawn_with_its_profile_and_its_shear_over_the_friction_boun
 
 def at_corners(contact, cycle, factor, slip):
     """(K, N) reactions at the corners under a slip, from the stiffness matrix."""
-    loads = [{name: cycle.mean.get(name, 0) + factor * corner.get(name, 0) for name in {*cycle.mean, *corner}} for corner in cycle.corners]
-    q, p = np.array([contact.reaction(load) for load in loads]).swapaxes(0, 1)
+    q, p = np.array([contact.reaction(load) for load in cycle.at(factor)]).swapaxes(0, 1)
     return q + contact.A @ slip, p + contact.B @ slip
 
 

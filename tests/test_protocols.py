@@ -10,9 +10,8 @@ from frictopt.histories.excursion import _drawn
 from frictopt.histories.protocols import REST, TransientsAfter
 from frictopt.histories.starts import LoadStep
 from studies.validation.fuzz.embedded import embedded
-from systems import CYCLE, FIRST_PAIR, random_system, system
+from systems import CYCLE, FIRST_PAIR, PULL, random_system, system
 
-LOADS = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 UNLOADED = [LoadStep({"P": 0.2})]
 AT_CORNER = [LoadStep({"P": 1.0}, {"sigma": 1.0}), LoadStep({"P": 0.3}, {"sigma": 1.0}), LoadStep({"P": 1.0}, {"sigma": 1.0})]
 # Load factor over lambda_2 up to which the contact comes to rest, to 0.005: nothing done, assembled, unloaded, at the corner, overload to 2 lambda_2
@@ -23,18 +22,18 @@ TABLE = {(16, 0.7): (0.216, 0.967, 0.805, 0.979, 0.912), (124, 0.5): (0.141, 0.9
 def test_the_table_of_protocols(case, paper_punch):
     (elements, friction), wanted = case, TABLE[case]
     contact = paper_punch(elements)
-    limit = fo.shakedown_limit(contact, LOADS, friction).load_factor
+    limit = fo.shakedown_limit(contact, PULL, friction).load_factor
     overload = [LoadStep({"P": 1.0, "sigma": 2 * limit})]
     asked = [{"start": "worst", "protocol": steps} for steps in ((), UNLOADED, AT_CORNER, overload)]
     asked.insert(1, {"start": "assembled"})
     for options, ratio in zip(asked, wanted, strict=True):
-        one = fo.limit_after_protocol(contact, LOADS, friction, **options)
+        one = fo.limit_after_protocol(contact, PULL, friction, **options)
         assert one.ratio == pytest.approx(ratio, abs=0.005), options
         assert one.load_factor < one.upper <= one.load_factor + 1.1e-4 * limit and one.residual <= 1e-9
 
 
 def test_nothing_done_to_the_worst_start_is_the_guaranteed_limit(paper_punch):
-    for contact, cycle, friction in ((system(*FIRST_PAIR), CYCLE, 0.6), (paper_punch(16), LOADS, 0.5)):
+    for contact, cycle, friction in ((system(*FIRST_PAIR), CYCLE, 0.6), (paper_punch(16), PULL, 0.5)):
         lower = fo.guaranteed_limit(contact, cycle, friction).load_factor
         one = fo.limit_after_protocol(contact, cycle, friction, start="worst", tolerance=1e-5)
         assert one.load_factor == pytest.approx(lower, abs=2e-5 * one.shakedown_limit) and one.monotonic
@@ -55,12 +54,12 @@ def test_a_node_that_stays_open_leaves_the_worst_start_as_it_is():
 
 def test_assembly_from_no_load_is_no_slip_and_the_safe_start_rests_up_to_the_limit(paper_punch):
     contact = paper_punch(16)
-    limit = fo.shakedown_limit(contact, LOADS, 0.7)
-    assembled, none, safe = (fo.limit_after_protocol(contact, LOADS, 0.7, start=start) for start in ("assembled", np.zeros(17), limit.slip))
+    limit = fo.shakedown_limit(contact, PULL, 0.7)
+    assembled, none, safe = (fo.limit_after_protocol(contact, PULL, 0.7, start=start) for start in ("assembled", np.zeros(17), limit.slip))
     assert assembled.ratio == pytest.approx(none.ratio, abs=2e-4)
     assert safe.ratio > 0.9998
-    assert fo.steady_state(contact, LOADS, 0.7, none.load_factor).outcome is fo.Outcome.SHAKEDOWN
-    assert fo.steady_state(contact, LOADS, 0.7, none.upper).outcome is fo.Outcome.CYCLIC_SLIP
+    assert fo.steady_state(contact, PULL, 0.7, none.load_factor).outcome is fo.Outcome.SHAKEDOWN
+    assert fo.steady_state(contact, PULL, 0.7, none.upper).outcome is fo.Outcome.CYCLIC_SLIP
 
 
 def test_assembly_leaves_the_slip_of_one_increment_from_no_load():
@@ -83,7 +82,7 @@ def test_assembly_leaves_the_slip_of_one_increment_from_no_load():
 def test_rest_above_a_load_factor_at_which_slip_goes_on_is_reported(paper_punch):
     """The more it is loaded, the more this contact is unloaded before."""
     steps = [LoadStep({"P": 1.25}, {"P": -0.82})]
-    one = fo.limit_after_protocol(paper_punch(16), LOADS, 0.7, start="worst", protocol=steps, up_to=1.2, scan=12, tolerance=1e-2)
+    one = fo.limit_after_protocol(paper_punch(16), PULL, 0.7, start="worst", protocol=steps, up_to=1.2, scan=12, tolerance=1e-2)
     assert not one.monotonic and 0.2 < one.ratio < 0.4
     tried = one.to_frame()
     assert tried["outcome"].iloc[-1] == "rest" and set(tried.loc[tried["load_factor"] <= one.load_factor, "outcome"]) == {"rest"}
@@ -92,8 +91,8 @@ def test_rest_above_a_load_factor_at_which_slip_goes_on_is_reported(paper_punch)
 
 def test_the_least_tension_and_the_least_unloading_that_cure(paper_punch):
     contact = paper_punch(16)
-    load_factor = 0.9 * fo.shakedown_limit(contact, LOADS, 0.7).load_factor
-    tension, unloading = (fo.least_excursion(contact, LOADS, 0.7, load_factor, excursion=way) for way in ({"sigma": 3 * load_factor}, {"P": -0.97}))
+    load_factor = 0.9 * fo.shakedown_limit(contact, PULL, 0.7).load_factor
+    tension, unloading = (fo.least_excursion(contact, PULL, 0.7, load_factor, excursion=way) for way in ({"sigma": 3 * load_factor}, {"P": -0.97}))
     assert tension.loads["sigma"] / load_factor == pytest.approx(2.14, abs=0.015) and tension.loads["P"] == 1.0
     assert unloading.loads["P"] == pytest.approx(0.092, abs=0.002)
     for one in (tension, unloading):
@@ -105,8 +104,8 @@ def test_the_least_tension_and_the_least_unloading_that_cure(paper_punch):
 
 @pytest.mark.parametrize("way", [{"P": 9.0}, {"sigma": -5.0}])
 def test_neither_pressing_harder_nor_compression_cures(way, paper_punch):
-    load_factor = 0.9 * fo.shakedown_limit(paper_punch(16), LOADS, 0.7).load_factor
-    one = fo.least_excursion(paper_punch(16), LOADS, 0.7, load_factor, excursion=way, samples=0)
+    load_factor = 0.9 * fo.shakedown_limit(paper_punch(16), PULL, 0.7).load_factor
+    one = fo.least_excursion(paper_punch(16), PULL, 0.7, load_factor, excursion=way, samples=0)
     assert one.share == np.inf and one.loads is None and one.sampled == 0 and set(one.tried["outcome"]) == {"slip"}
 
 
