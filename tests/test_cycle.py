@@ -131,9 +131,8 @@ SECONDS = pd.to_timedelta([0.0, 0.5, 2.0], unit="s")
 def test_an_index_of_times_is_the_time(index):
     history = pd.DataFrame({"P": [1.0, 3.0, 2.0]}, index=index)
     cycle = fo.LoadCycle.from_history(history)
-    assert cycle.times == ((0.0, 0.5, 2.0) if index is SECONDS else tuple(index)) and cycle == fo.LoadCycle.from_history(
-        history.reset_index(drop=True)
-    )
+    assert cycle.times == ((0.0, 0.5, 2.0) if index is SECONDS else tuple(index))
+    assert cycle == fo.LoadCycle.from_history(history.reset_index(drop=True))
     assert fo.LoadCycle.from_history(history.assign(time=[5, 6, 7])).times == (5, 6, 7)  # a column of that name comes first
     assert all(name.startswith("t = ") for name in cycle.corner_names) and cycle.plot().get_xlabel() == "time"
     plt.close("all")

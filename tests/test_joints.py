@@ -61,15 +61,13 @@ def test_the_lap_joint_of_the_tutorial(tmp_path, monkeypatch, capfd):
         assert forces[name][2] == pytest.approx(sign * 20e3, rel=1e-6)
     # the bolt balances its head and nut, the upper plate its lap and the head
     for other, sign in (("nut", 1), ("lap", -1)):
-        assert np.allclose(forces["head"] + sign * forces[other], 0.0, atol=0.02) and np.allclose(
-            moments["head"] + sign * moments[other], 0.0, atol=0.2
-        )
+        assert np.abs(forces["head"] + sign * forces[other]).max() < 0.02
+        assert np.abs(moments["head"] + sign * moments[other]).max() < 0.2
     forces, _ = carried(system, "pull")
     assert np.allclose(forces["lap"] - forces["head"], [-5.0 * 192, -0.5 * 192, 0.0], atol=1e-3)
     fields = model.recover({"preload": 1.0}, np.zeros((system.nodes, 2)))
     u, bolt = fields.displacement["bolt"], fields.bodies["bolt"].mesh
     near, far = (u[:, nodes] for nodes in np.flatnonzero(bolt.p[2] == 0).reshape(2, -1))
     apart = near - far
-    assert (
-        np.allclose(apart[:2], 0.0, atol=1e-12) and np.allclose(apart[2], apart[2, 0], rtol=1e-9) and apart[2, 0] > 20e3 * 16 / (210e3 * np.pi * 25)
-    )
+    assert np.allclose(apart[:2], 0.0, atol=1e-12) and np.allclose(apart[2], apart[2, 0], rtol=1e-9)
+    assert apart[2, 0] > 20e3 * 16 / (210e3 * np.pi * 25)

@@ -98,9 +98,8 @@ def test_friction_in_per_cent_in_longer_questions(ask):
 
 
 def test_the_package_may_ask_itself_what_it_likes():
-    assert not warned(lambda: fo.required_friction(SYSTEM, CYCLE, 1.0)) and not warned(
-        lambda: fo.safe_region(SYSTEM, {"P": 1.0}, ["Q", "sigma"], 0.5)
-    )
+    assert not warned(lambda: fo.required_friction(SYSTEM, CYCLE, 1.0))
+    assert not warned(lambda: fo.safe_region(SYSTEM, {"P": 1.0}, ["Q", "sigma"], 0.5))
     assert not warned(lambda: fo.guaranteed_limit(SYSTEM, CYCLE, 0.5))
 
 

@@ -55,9 +55,7 @@ def check_face(ax, contact, axes, values, slip):
 
 def reaction(contact, loads, factor, corner, slip):
     """Reactions of the closed contact, from its stiffness matrix."""
-    total = {**loads.mean, **{name: factor * value for name, value in loads.corners[corner].items()}}
-    bonded = joined(*contact.reaction(total))
-    r = bonded + contact.S @ np.r_[slip[:, 0], slip[:, 1], np.zeros(len(slip))]
+    r = joined(*contact.reaction(loads.at(factor)[corner])) + contact.S @ np.r_[slip[:, 0], slip[:, 1], np.zeros(len(slip))]
     q1, q2, p = np.split(r, 3)
     return np.hypot(q1, q2), p
 
@@ -131,9 +129,8 @@ def test_an_onset_shows_the_bonded_contact_at_the_first_slip_of_all_and_circles_
     assert max(most) == pytest.approx(1.0, rel=1e-9) and sorted(most)[1] < 0.999 and (p > 0.01).all()
     assert np.allclose(marks(ax)[1].get_offsets(), places[[np.argmax(q / p)]], atol=1e-14)
     (bar,) = [one for one in ax.figure.axes if one is not ax]
-    assert bar.get_ylabel() == rf"$|q| / (f p)$ at {cycle().corner_names[corner]}, $\lambda = {first.slip.load_factor:.4g}$" and marks(ax)[
-        0
-    ].get_clim() == (0, 1)
+    assert bar.get_ylabel() == rf"$|q| / (f p)$ at {cycle().corner_names[corner]}, $\lambda = {first.slip.load_factor:.4g}$"
+    assert marks(ax)[0].get_clim() == (0, 1)
     assert ax.get_title() == "bonded contact at the onset of slip"
     assert [one.get_text() for one in ax.get_legend().get_texts()] == ["node that slips first"]
 
