@@ -1,6 +1,7 @@
 """Multiaxial parameters of a cycle against closed forms, whatever the axes, and from the fields of a contact."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import Rotation
@@ -103,6 +104,7 @@ def test_the_table_takes_fields_and_the_worst_of_several_cycles():
     other = fo.steady_state(system, cycle, 0.5, 0.9, initial_slip=0.3 * np.linspace(-1, 1, 9))
     both = [fields_of(model, one), fields_of(model, other)]
     first, second = (one.fretting_table(fields=each, side=2) for each in both)
+    pd.testing.assert_frame_equal(one.fretting_table(fields=model, side=2), first, rtol=1e-9)
     worst = one.fretting_table(fields=both, side=2)
     for name in ("SWT", "Findley", "Fatemi_Socie", "Crossland"):
         assert np.array_equal(worst[name], np.maximum(first[name], second[name]))
@@ -132,10 +134,12 @@ def test_what_are_no_fields_is_refused(options):
 
 def test_negative_weights_and_other_contacts_are_refused():
     model = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model()
-    fields = [model.recover({"P": 1.0}, np.zeros(5))]
+    fields = 2 * [model.recover({"P": 1.0}, np.zeros(5))]
     rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     steady = fo.steady_state(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 1.0)
     with pytest.raises(fo.ModelError, match="crossland: -1"):
         steady.fretting_table(fields=fields, crossland=-1.0)
     with pytest.raises(fo.ModelError, match="a contact with 5 nodes, this one has 4"):
         steady.fretting_table(fields=fields)
+    with pytest.raises(fo.ModelError, match="at two states of a cycle or more"):
+        steady.fretting_table(fields=fields[:1])

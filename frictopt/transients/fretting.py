@@ -68,8 +68,8 @@ def worst_planes(fields: object, side: int, weights: Mapping[str, float]) -> dic
     """
     tensors, given = "tensors_at_contact", listed("fields", fields)
     cycles = [given] if given and hasattr(given[0], tensors) else [listed("fields", cycle) for cycle in given]
-    if not cycles or not all(cycle and all(hasattr(state, tensors) for state in cycle) for cycle in cycles):
-        raise ModelError("fields: give fields of ContactModel.recover at the states of a cycle, or a list of such lists, one for each steady cycle")
+    if not cycles or not all(len(cycle) > 1 and all(hasattr(state, tensors) for state in cycle) for cycle in cycles):
+        raise ModelError("fields: give fields of ContactModel.recover at two states of a cycle or more, a list of such lists, or the model itself")
     found = [_columns(cycle, side, weights) for cycle in cycles]
     worst = {name: np.max([one[name] for one in found], axis=0) for name in ("SWT", "Findley", "Fatemi_Socie", "Crossland")}
     first = np.argmax([one["SWT"] for one in found], axis=0)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from importlib import import_module
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -197,8 +198,9 @@ class SteadyState(Recorded, Plotted):
             (M, N), in space (M, N, 2, 2), stress and strain of one body along the tangents at the nodes of the contact, at M states of the steady
             cycle, as `BodyFields.at_contact` gives them; both or none.
         fields, side
-            Instead of these, the fields of `ContactModel.recover` at the states of the steady cycle, all stress components of body `side`; or a list
-            of such lists, for the steady cycles of several residual slips: each parameter is then that of the worst of them, node by node.
+            Instead of these, the `ContactModel` that was condensed, whose fields at the corners count, all stress components of body `side`; or the
+            fields of `ContactModel.recover` at two states of the cycle or more; or a list of such lists, for the steady cycles of several residual
+            slips: each parameter is then that of the worst of them, node by node.
         findley, crossland, fatemi_socie
             Weights of the largest normal stress, of the largest hydrostatic one, and of the largest normal one, k over the yield stress (1 / stress).
 
@@ -258,6 +260,8 @@ class SteadyState(Recorded, Plotted):
         table = fretting_table(self.states(), self.dissipation_per_node, stress, strain)
         if fields is None:
             return table
+        if hasattr(fields, "recover"):
+            fields = [found for _, found, _ in import_module("frictopt.fem.paraview").states_of(fields, self, every=False)]
         planes = worst_planes(fields, body, weights)
         if len(planes["SWT"]) != len(table):
             raise ModelError(f"fields: those of a contact with {len(planes['SWT'])} nodes, this one has {len(table)}; give those of its model")
