@@ -19,6 +19,7 @@ from .errors import FrictoptError, ModelError, StoreError
 
 if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
     from .contact import ContactSystem, Table
+    from .fem.matrices.job import MatrixJob
 
 _KINDS = {"shakedown": "shakedown_limit", "guaranteed": "guaranteed_limit", "separated": "separated_limit", "onset": "onset"}
 _ROWS = 8  # of a table that is printed
@@ -104,10 +105,8 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _look(asked: argparse.Namespace) -> None:
-    if Path(asked.file).suffix == ".inp":
-        from .fem.matrices.calculix_abaqus import read_calculix
-
-        job = read_calculix(Path(asked.file).with_suffix(""))
+    if Path(asked.file).suffix == ".inp" or not Path(asked.file).exists():
+        job = _job(asked.file)
         print(job, *(f"faces that match: {len(pairs)} pairs" for pairs in job.matching_faces()), sep="\n")
         print(f"next: frictopt condense {asked.file} SYSTEM.npz --contact SET_1 SET_2 --load CASE=SET:pressure=1")
         return
@@ -119,16 +118,23 @@ def _look(asked: argparse.Namespace) -> None:
     _written(asked.picture, system)
 
 
-def _condense(asked: argparse.Namespace) -> None:
-    from .fem.condense import condense
+def _job(file: str, *faces: str) -> "MatrixJob":
+    """A job of CalculiX, in which the nodes amid edges of contact faces follow the corners, as `condense` needs it."""
     from .fem.matrices.calculix_abaqus import read_calculix
 
-    job = read_calculix(Path(asked.job).with_suffix(""))
+    job = read_calculix(file)
+    return job.with_linear_faces(*faces) if len(getattr(job.deck, "midsides", ())) else job
+
+
+def _condense(asked: argparse.Namespace) -> None:
+    from .fem.condense import condense
+
+    job = _job(asked.job, *asked.contact)
     loads: dict[str, Any] = {}
     for text in asked.load:
         case, face, kind, numbers = _load_parts(text)
         try:
-            loads[case] = loads.get(case, 0.0) + job.force(face, **{kind: numbers[0] if kind == "pressure" else numbers})
+            loads[case] = loads.get(case, 0.0) + job.force(face, **{kind: numbers[0] if kind == "pressure" and len(numbers) == 1 else numbers})
         except ModelError as error:
             raise ModelError(f"--load {text}: {error}") from error
     pairs = job.pairs(*asked.contact)
@@ -213,11 +219,12 @@ def _written(picture: Path | None, result: object, file: Path | None = None, tab
 
 def _loads(text: str) -> dict[str, float]:
     """Loads of one corner: "P=1,Q=-0.5"."""
+    parts = [part.rpartition("=") for part in text.split(",")]
     try:
-        loads = {name: float(value) for name, _, value in (part.rpartition("=") for part in text.split(","))}
+        loads = {name: float(value) for name, _, value in parts}
     except ValueError:
         loads = {}
-    if not loads or "" in loads:
+    if len(loads) < len(parts) or "" in loads:
         raise argparse.ArgumentTypeError(f"{text!r}; give CASE=AMPLITUDE, several with commas between")
     return loads
 

@@ -10,6 +10,7 @@ from skfem.io.meshio import HEX_MAPPING
 
 import frictopt as fo
 from calculix import displacements, needs_ccx, node_set, run
+from frictopt.__main__ import main
 from frictopt.contact.parts import joined
 from test_quadratic import arched, dimensions, two_boxes
 
@@ -113,9 +114,12 @@ def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path, kin
 @pytest.mark.parametrize("kind", ["CPE6", "CPE8", "C3D10", "C3D20R"])
 def test_a_curved_contact_lets_the_free_body_turn(tmp_path, kind):
     d, bodies = dimensions(KINDS[kind]), two_boxes(KINDS[kind], fo.Material(2.0, 0.3), bulge=arched)
-    job = fo.read_calculix(run(tmp_path, deck(bodies, kind))[0]).with_linear_faces("CU", "CL")
+    file, made = run(tmp_path, deck(bodies, kind))[0], str(tmp_path / "made.npz")
+    job = fo.read_calculix(file).with_linear_faces("CU", "CL")
     pairs = job.pairs("CU", "CL")
     system = fo.condense(job.K, {"P": job.force("TOP", pressure=1.0)}, pairs, job.normals(pairs[:, 1]), job.unknowns, job.points)
+    assert main(["look", f"{file}.inp"]) == main(["condense", f"{file}.inp", made, "--contact", "CU", "CL", "--load", "P=TOP:pressure=1"]) == 0
+    assert np.array_equal(fo.ContactSystem.load(made).S, system.S)
     sizes = np.linalg.eigvalsh(system.S)
     free = d * (d + 1) // 2
     assert np.abs(sizes[:free]).max() < 1e-10 * sizes[-1] < 1e-6 * sizes[free] and np.ptp(system.points[:, -1]) > 0.05

@@ -41,6 +41,7 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     CONTACT.save("system.npz")
     Path("idle.inp").touch()  # the deck of a job that was not run
+    Path("semicolons.csv").write_text("time;cyclic\n0,0;1,5\n1,0;-1,5\n")
     yield tmp_path
     plt.close("all")
 
@@ -86,8 +87,8 @@ def test_a_history_in_a_file_is_a_load_cycle(capsys):
 
 def test_a_job_of_calculix_becomes_a_system_and_is_looked_at(capsys, flat):
     load = ["--load", "P=N_TOP:pressure=1", "Q=N_TOP:traction=1,0"]
-    assert main(["look", str(FLAT)]) == 0 and "faces that match: 26 pairs" in capsys.readouterr().out
     for job in (FLAT, FLAT.with_suffix("")):
+        assert main(["look", str(job)]) == 0 and "faces that match: 26 pairs" in capsys.readouterr().out
         assert main(["condense", str(job), "flat.npz", "--contact", "N_CONTACT_PUNCH", "N_CONTACT_BLOCK", *load]) == 0
     loads = {"P": flat.force("N_TOP", pressure=1.0), "Q": flat.force("N_TOP", traction=[1.0, 0.0])}
     pairs = flat.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK")
@@ -144,6 +145,12 @@ BAD = {
         2,
         "--load P=N_TOP:traction=1: ",
     ),
+    "numbers of a pressure": (
+        ["condense", str(FLAT), "x.npz", "--contact", "N_TOP", "N_TOP", "--load", "P=N_TOP:pressure=1,2"],
+        2,
+        "pressure: [1.0, 2.0] is not one real number",
+    ),
+    "semicolons": ([*LIMIT, "--history", "semicolons.csv"], 2, "has semicolons between its columns"),
     "system": (
         ["condense", str(FLAT), "x.csv", "--contact", "N_TOP", "N_TOP", "--load", "P=N_TOP:pressure=1"],
         2,
@@ -157,7 +164,7 @@ BAD = {
     "no study": (["study", "none.toml"], 4, "there is no file 'none.toml'; give its path"),
     "a job that was not run": (
         ["condense", "idle", "x.npz", "--contact", "A", "B", "--load", "P=A:pressure=1"],
-        2,
+        4,
         "there is no 'idle.sti'; CalculiX",
     ),
     "no TOML": (["study", "system.npz"], 2, "give a file in TOML"),
@@ -179,6 +186,7 @@ def test_errors_are_said_without_a_traceback(arguments, code, message, capsys):
     "arguments",
     [
         [*LIMIT, "--corners", "cyclic"],
+        [*LIMIT, "--corners", "cyclic=1,cyclic=-1"],
         ["study", "study.toml", "--shard", "three"],
         ["study", "study.toml", "--workers", "many"],
     ],

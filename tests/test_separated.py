@@ -143,7 +143,7 @@ def test_where_rounding_hides_the_least_load_factor_it_is_said_so():
 
 def test_a_search_tree_without_nodes_left_says_what_to_give(punch, paper_cycle):
     limit = fo.separated_limit(rounded(punch(12), 2.0), paper_cycle, 0.6, most_nodes=1)
-    assert limit.bound == np.inf and "give more most_nodes" in limit.reason
+    assert limit.bound == np.inf and "separated_limit(..., most_nodes=...)" in limit.reason
     with pytest.raises(fo.ModelError, match="most_nodes"):
         fo.separated_limit(punch(4), paper_cycle, 0.6, most_nodes=0)
 

@@ -72,9 +72,12 @@ def read_table(file: str | Path) -> pd.DataFrame:
     if path.suffix not in _READERS:
         raise ModelError(f"history: {str(file)!r}; give a file that ends in {', '.join(_READERS)}")
     try:
-        return _READERS[path.suffix](path)
+        table = _READERS[path.suffix](path)
     except (ValueError, pd.errors.ParserError) as error:
         raise ModelError(f"history: {str(file)!r} is no table ({error})") from error
+    if any(";" in str(name) for name in table):
+        raise ModelError(f"history: {str(file)!r} has semicolons between its columns; write commas there, and points in the numbers")
+    return table
 
 
 def _cycle(plan: Mapping[str, Any], folder: Path) -> LoadCycle:

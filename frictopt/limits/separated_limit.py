@@ -259,7 +259,7 @@ def _bound(task: LimitQuestion, best: ShakedownLimit | None, most_nodes: int) ->
         elif found.bound < 1 - _ONE_LIMIT:
             value, why = max(found.bound * up_to, largest), "above it the mixed-integer program allows states that open and close in each cycle"
         elif found.status is not BoundStatus.OPTIMAL:
-            why = "no bound, for the search tree has no nodes left; give more most_nodes"
+            why = "no bound, for the search tree has no nodes left; `separated_limit(..., most_nodes=...)` gives it more"
         if why or np.isnan(value):
             break
     else:

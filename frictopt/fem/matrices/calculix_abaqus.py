@@ -29,7 +29,7 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     Parameters
     ----------
     job
-        Path of the job without ending, `NAME`.
+        Path of the job, `NAME` or that of one of its files.
     deck
         Path of the deck; by default `NAME.inp` where there is one.
 
@@ -47,12 +47,13 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     ((964, 964), [3, 1])
     """
     base = file_path("job", job)
+    base = base.with_suffix("") if base.suffix in (".inp", ".sti", ".mas", ".dof") else base
     sti, dof, inp = (base.with_name(f"{base.name}.{ending}") for ending in ("sti", "dof", "inp"))
     if base.parent.is_dir() and not sti.exists():
         raise ModelError(
             f"stiffness: there is no {str(sti)!r}; CalculiX writes it in a step of *FREQUENCY, SOLVER=MATRIXSTORAGE, for which each material needs "
             "*DENSITY: see what it says when it runs"
-        )
+        ) from FileNotFoundError(sti)
     labels = np.column_stack(numbers_in(dof, "labels", ".", 2))
     mas = sti.with_suffix(".mas")
     K, M = _matrix("stiffness", sti, dof, len(labels)), _matrix("mass", mas, dof, len(labels)) if mas.exists() else None
