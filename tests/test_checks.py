@@ -2,6 +2,7 @@
 
 from decimal import Decimal
 from fractions import Fraction
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -77,6 +78,14 @@ def test_an_error_message_is_short():
         assert len(str(caught.value)) < 120
 
 
-def test_a_mask_in_place_of_numbers_is_told_what_to_be():
-    with pytest.raises(fo.ModelError, match=r"held: .*dtype bool.* is not numeric; .*np\.flatnonzero\(mask\)"):
-        checks.real_array("held", np.array([True, False]))
+@pytest.mark.parametrize(
+    ("values", "remedy"),
+    [
+        (np.array([True, False]), r"dtype bool.* is not numeric; .*np\.flatnonzero\(mask\)"),
+        ("0.5", "of a text, its `float`"),
+        (SimpleNamespace(slip=[0.0]), "of a result, one of its attributes, such as `.slip`"),
+    ],
+)
+def test_what_stands_in_place_of_numbers_is_told_what_to_be(values, remedy):
+    with pytest.raises(fo.ModelError, match=f"values: .*{remedy}"):
+        checks.real_array("values", values)

@@ -69,8 +69,9 @@ def real_array(name: str, values: object) -> Array:
     except (TypeError, ValueError) as error:
         raise ModelError(f"{name}: {shown(values)} is no array, or has rows of different lengths; give a rectangular array") from error
     if raw.dtype.kind not in "fiu":
-        mask = " (of a mask, `np.flatnonzero(mask)`)" if raw.dtype.kind == "b" else ""
-        raise ModelError(f"{name}: {shown(values)} (dtype {raw.dtype}) is not numeric; give an array or a list of real numbers{mask}")
+        of_object = " (of a result, one of its attributes, such as `.slip`)" if hasattr(values, "slip") else ""
+        remedy = {"b": " (of a mask, `np.flatnonzero(mask)`)", "U": " (of a text, its `float`)"}.get(raw.dtype.kind, of_object)
+        raise ModelError(f"{name}: {shown(values)} (dtype {raw.dtype}) is not numeric; give real numbers{remedy}")
     with np.errstate(over="ignore"):  # extended precision may not fit; infinities are for the caller to refuse
         return np.array(raw, dtype=np.float64, order="C")
 
@@ -128,7 +129,8 @@ copyreg.pickle(MappingProxyType, lambda view: (_read_only, (dict(view),)))  # Py
 def checked_cases(name: str, cases: object, meaning: str) -> Mapping[str, Any]:
     """Check a mapping, load case name -> something that error messages say the meaning of."""
     if not isinstance(cases, Mapping):
-        raise ModelError(f"{name}: a {type(cases).__name__}; give a mapping, load case name -> {meaning}")
+        made = " (its to_dict() makes one)" if hasattr(cases, "to_dict") else ""
+        raise ModelError(f"{name}: a {type(cases).__name__}; give a mapping{made}, load case name -> {meaning}")
     for case in cases:
         check_name(name, case)
     return cases

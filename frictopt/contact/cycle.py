@@ -227,7 +227,8 @@ class LoadCycle(Plotted):
 
 def _checked(name: str, loads: object) -> tuple[Mapping[str, float], ...]:
     if isinstance(loads, Mapping | str) or not isinstance(loads, Sequence):
-        raise ModelError(f"{name}: a {type(loads).__name__}; give a list of load corners, each load case name -> amplitude")
+        made = " (its to_dict('records') makes one)" if hasattr(loads, "to_dict") else ""
+        raise ModelError(f"{name}: a {type(loads).__name__}; give a list{made} of load corners, each load case name -> amplitude")
     return tuple(checked_loads(f"{name}[{k}]", load) for k, load in enumerate(loads))
 
 

@@ -93,7 +93,7 @@ def extended(
     named = {f"constraints[{index}]": constraint for index, constraint in enumerate(constraints)}
     if objective is not None:
         if not isinstance(objective, cp.Expression) or objective.size != 1:
-            raise ModelError(f"objective: {shown(objective)}; give a scalar cvxpy expression on slip, load_factor, q and p of the model")
+            raise ModelError(f"objective: {shown(objective)}; give a scalar cvxpy expression to be largest, of slip, load_factor, q and p")
         named["objective"] = goal <= cp.reshape(objective, (), order="C")
     own = _own_rows(named, known, {id(variable): expression for variable, expression in meant.items()})
     if objective is None:
