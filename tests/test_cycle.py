@@ -16,7 +16,7 @@ from systems import linprog_limit, random_system
     ({"P": np.nan}, [{"sigma": 1.0}], r"mean\['P'\]: nan; it must be finite"),
     ({"P": 1.0}, [{"sigma": 1.0}, {"sigma": np.inf}], r"corners\[1\]\['sigma'\]: inf"),
     ({1: 1.0}, [{"sigma": 1.0}], "load case name 1"),
-    (pd.Series({"P": 1.0}), [], r"mean: a Series; give a mapping \(its to_dict\(\) makes one\)"),
+    (pd.Series({"P": 1.0}), [], r"mean: a Series; give a mapping \(`dict` makes one of it\)"),
     ({}, pd.DataFrame({"P": [1.0]}), r"corners: a DataFrame; give a list \(its to_dict\('records'\) makes one\)"),
 )
 def test_bad_cycles_are_refused(mean, corners):

@@ -129,7 +129,7 @@ copyreg.pickle(MappingProxyType, lambda view: (_read_only, (dict(view),)))  # Py
 def checked_cases(name: str, cases: object, meaning: str) -> Mapping[str, Any]:
     """Check a mapping, load case name -> something that error messages say the meaning of."""
     if not isinstance(cases, Mapping):
-        made = " (its to_dict() makes one)" if hasattr(cases, "to_dict") else ""
+        made = " (`dict` makes one of it)" if hasattr(cases, "to_dict") else ""
         raise ModelError(f"{name}: a {type(cases).__name__}; give a mapping{made}, load case name -> {meaning}")
     for case in cases:
         check_name(name, case)
