@@ -106,6 +106,8 @@ def _parser() -> argparse.ArgumentParser:
 
 def _look(asked: argparse.Namespace) -> None:
     if Path(asked.file).suffix == ".inp" or not Path(asked.file).exists():
+        if asked.picture:
+            raise ModelError(f"--picture: {str(asked.picture)!r} of a job; condense it, and look at the system that it becomes")
         job = _job(asked.file)
         print(job, *(f"faces that match: {len(pairs)} pairs" for pairs in job.matching_faces()), sep="\n")
         print(f"next: frictopt condense {asked.file} SYSTEM.npz --contact SET_1 SET_2 --load CASE=SET:pressure=1")
@@ -113,9 +115,9 @@ def _look(asked: argparse.Namespace) -> None:
     from .contact import ContactSystem
 
     system = ContactSystem.load(asked.file)
+    _written(asked.picture, system)
     print(system, _sums(system).to_string(index=False, float_format="{:.5g}".format), sep="\n")
     print(f"next: frictopt limit {asked.file} --mean CASE=1 --corners CASE=-1 CASE=1 --friction 0.5")
-    _written(asked.picture, system)
 
 
 def _job(file: str, *faces: str) -> "MatrixJob":
@@ -156,11 +158,11 @@ def _limit(asked: argparse.Namespace) -> None:
         cycle = contact.LoadCycle(asked.mean or {}, asked.corners)
     found = getattr(transients if asked.kind == "onset" else limits, question)(system, cycle, asked.friction)
     table = found.to_frame()
+    _written(asked.picture, found, asked.table, table)
     print(found)
     print(table.head(_ROWS).to_string(index=False, float_format="{:.5g}".format))
     if len(table) > _ROWS and not asked.table:
         print(f"... {len(table)} rows in all; --table FILE writes them")
-    _written(asked.picture, found, asked.table, table)
 
 
 def _study(asked: argparse.Namespace) -> None:
@@ -179,10 +181,10 @@ def _study(asked: argparse.Namespace) -> None:
     workers = whole_number("--workers", asked.workers, least=1)
     with nullcontext() if workers == 1 else ProcessPoolExecutor(workers, get_context("spawn")) as pool:
         table = dissipation_study(**question, shard=asked.shard, executor=pool, store=store)
-    print(table.groupby(["friction", "load_factor", "outcome"]).size().rename("runs").reset_index().to_string(index=False))
-    print(f"kept in {store}")
     if asked.shard is None:
         _written(asked.picture or files.get("picture"), table, asked.table or files.get("table"), table, "study")
+    print(table.groupby(["friction", "load_factor", "outcome"]).size().rename("runs").reset_index().to_string(index=False))
+    print(f"kept in {store}")
 
 
 def _merge(asked: argparse.Namespace) -> None:

@@ -125,20 +125,23 @@ def test_a_study_in_a_file_takes_a_distribution():
     same(pd.read_csv("runs.csv"), fo.dissipation_study(CONTACT, cycle, [stats.norm(0.4, 0.05)] * 2, [0.5, 2.0], starts, rng=7, progress=False))
 
 
-@pytest.mark.parametrize("arguments", [["look", "system.npz"], ["limit", "--help"]])
-def test_a_reader_that_stops_early_hears_no_complaint(arguments):
+@pytest.mark.parametrize(
+    ("arguments", "unbuffered"), [(["look", "system.npz"], ""), (["limit", "--help"], ""), ([*LIMIT, *CORNERS, "--table", "limit.csv"], "1")]
+)
+def test_a_reader_that_stops_early_hears_no_complaint_and_has_its_files(arguments, unbuffered):
     read, write = os.pipe()
     os.close(read)
     command = [sys.executable, "-m", "frictopt", *arguments]
-    done = subprocess.run(command, stdout=write, stderr=subprocess.PIPE, text=True, check=False, env={**os.environ, "PYTHONUNBUFFERED": ""})
+    done = subprocess.run(command, stdout=write, stderr=subprocess.PIPE, text=True, check=False, env={**os.environ, "PYTHONUNBUFFERED": unbuffered})
     os.close(write)
-    assert (done.returncode, done.stderr) == (141, "")
+    assert (done.returncode, done.stderr) == (141, "") and all(Path(file).exists() for file in arguments[-1:] if file.endswith(".csv"))
 
 
 BAD = {
     "no file": (["look", "none.npz"], 4, "there is no file 'none.npz'; give its path"),
     "no history": ([*LIMIT, "--history", "none.csv"], 4, "there is no file 'none.csv'; give its path"),
     "no npz": (["look", str(FLAT.with_suffix(".sti"))], 2, "is not a contact system (File is not a zip file)"),
+    "picture of a job": (["look", str(FLAT), "--picture", "job.png"], 2, "--picture: 'job.png' of a job; condense it"),
     "tolerance of corners": ([*LIMIT, *CORNERS, "--tolerance", "0"], 2, "--tolerance: 0; corners have no noise"),
     "numbers of a load": (
         ["condense", str(FLAT), "x.npz", "--contact", "N_TOP", "N_TOP", "--load", "P=N_TOP:traction=1"],
