@@ -141,11 +141,12 @@ class Part:
 
 
 def components(load: Any, points: Array) -> Array:
-    """(d, ...) values of x, y and z of a load at points (d, ...)."""
+    """(d, ...) values of x, y and z of a load at points (d, ...); those that are not given are zero."""
     kind = type(load).__name__
-    if len(points) == 2 and load.z != 0:
+    if len(points) == 2 and load.z not in (None, 0):
         raise ModelError(f"{kind} z: {shown(load.z)}; body {load.body!r} is plane, give x and y alone")
-    return np.array([values_at(f"{kind} {axis}", getattr(load, axis), points) for axis in "xyz"[: len(points)]])
+    amounts = {axis: getattr(load, axis) for axis in "xyz"[: len(points)]}
+    return np.array([values_at(f"{kind} {axis}", 0.0 if amount is None else amount, points) for axis, amount in amounts.items()])
 
 
 def values_at(name: str, amount: Amount, points: Array) -> Array:

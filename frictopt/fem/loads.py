@@ -14,18 +14,8 @@ from .elements import basis_of
 # `_forces` of a load are (d, nodes) nodal forces on its body: in the plane per depth, axisymmetric those of the whole circumference.
 
 
-class _Forces(Part):
-    """Base of loads by their parts along x, y and z: those that are not given are zero."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        for axis in "xyz":
-            if getattr(self, axis) is None:
-                object.__setattr__(self, axis, 0.0)
-
-
 @dataclass(frozen=True)
-class Traction(_Forces):
+class Traction(Part):
     """Traction (x, y), in space (x, y, z), force per area, on a named boundary of one body.
 
     Each is a number or a function of the coordinates (arrays); those that are not given are zero.
@@ -39,7 +29,7 @@ class Traction(_Forces):
     --------
     >>> import frictopt as fo
     >>> fo.Traction("punch", "top", y=-1e6)  # a pressure
-    Traction(body='punch', boundary='top', x=0.0, y=-1000000.0, z=0.0)
+    Traction(body='punch', boundary='top', x=None, y=-1000000.0, z=None)
     >>> ramp = fo.Traction("punch", "top", y=lambda x, y: -x)
     """
 
@@ -79,13 +69,8 @@ class Pressure(Part):
         return boundary_forces(body.mesh, facets, lambda points, normals: -values_at("pressure", self.amount, points) * normals, kinematics)
 
 
-def surface_forces(load: Traction | Pressure, body: Body, kinematics: Kinematics | None) -> Array:
-    """(d, nodes) nodal forces of a load on a boundary of its body, as pictures show them."""
-    return load._forces(body, kinematics or "plane_strain")
-
-
 @dataclass(frozen=True)
-class BodyForce(_Forces):
+class BodyForce(Part):
     """Force per volume (x, y), in space (x, y, z), on one body: gravity is (0, -density g).
 
     Each is a number or a function of the coordinates (arrays); those that are not given are zero.
@@ -99,7 +84,7 @@ class BodyForce(_Forces):
     --------
     >>> import frictopt as fo
     >>> fo.BodyForce("block", y=-7850 * 9.81)
-    BodyForce(body='block', x=0.0, y=-77008.5, z=0.0)
+    BodyForce(body='block', x=None, y=-77008.5, z=None)
     """
 
     body: str
