@@ -128,6 +128,24 @@ def test_cells_are_right_handed_however_the_mesh_counts(tmp_path, kind, element,
     assert d == 2 or np.allclose(facing(face), face["normal"][0])
 
 
+def test_a_face_that_a_slit_cuts_has_the_nodes_of_both_sides(tmp_path):
+    """Two nodes of body 1 at one place: each facet has those of its own body, here as the slit opens."""
+    whole = box(MeshHex, [-1, 0, 1], [0, 1], [0, 0.5, 1])
+    mouth = np.flatnonzero((whole.p[0] == 0) & (whole.p[2] == 0))
+    copies = np.arange(whole.p.shape[1])
+    copies[mouth] = len(copies) + np.arange(len(mouth))
+    t = np.where(whole.p[0, whole.t].mean(axis=0) > 0, copies[whole.t], whole.t)
+    slit = MeshHex(np.hstack([whole.p, whole.p[:, mouth]]), t).with_boundaries({"contact": lambda x: x[2] == 0, "top": lambda x: x[2] == 1})
+    bodies = {"slit": fo.Body(slit), "base": fo.Body(box(MeshHex, [-1, 0, 1], [0, 1], [-1, 0]))}
+    model = fo.ContactModel(bodies, [fo.Support("base", "z-")], {"P": [fo.Traction("slit", "top", z=-1.0)]}, [fo.Contact("slit", "base")])
+    fields = model.recover({"P": 1.0}, np.random.default_rng(0).normal(size=(8, 2)))
+    fo.write_paraview(tmp_path / "slit.vtm", model, fields)
+    face, facets = opened(tmp_path / "slit.vtm")["contact"], slit.facets[:, slit.boundaries["contact"]]
+    for facet in facets.T:
+        cell = np.abs(face.cell_centers().points - slit.p[:, facet].mean(axis=1)).max(axis=1).argmin()
+        assert np.allclose(face["displacement"][face.get_cell(cell).point_ids].sum(axis=0), fields.displacement["slit"][:, facet].sum(axis=1))
+
+
 def test_each_contact_has_its_facets(tmp_path):
     """Two shims side by side on a block: a corner that belongs to three contacts, in pairs that are fewer."""
     x = np.array([0.0, 0.5, 1.0])

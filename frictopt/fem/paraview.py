@@ -143,12 +143,12 @@ def _faces(model: ContactModel) -> list[Integers]:
     parts, found = model._parts, []
     at, near = parts.points[parts.interface.nodes], same_point(parts.points)
     for number, contact in enumerate(model.contacts):
-        body = parts.bodies[contact.body_1]
+        body, own = parts.bodies[contact.body_1], np.flatnonzero(parts.contact == number)
         corners = parts.first_node[contact.body_1] + facets_around(body.mesh, body.boundary(contact.boundary_1, "contacts"))
-        place = np.full(corners.shape, -1)
-        for pairs in (np.flatnonzero(parts.contact == number), np.arange(len(at))):  # a corner may be in a pair of another contact
-            distance, nearest = cKDTree(at[pairs]).query(parts.points[corners])
-            place = np.where((place < 0) & (distance <= near), pairs[nearest], place)
+        pair = np.full(len(parts.points), -1)
+        pair[parts.interface.nodes[own]] = own
+        distance, nearest = cKDTree(at).query(parts.points[corners])  # a corner may be in a pair of another contact
+        place = np.where((pair[corners] < 0) & (distance <= near), nearest, pair[corners])
         found.append(place[(place >= 0).all(axis=1)])
     return found
 
