@@ -214,3 +214,48 @@ def test_a_held_block_in_a_notch_is_glued_as_one_body_whichever_body_is_the_firs
 
 def nodes_at(mesh, points):
     return [np.linalg.norm(mesh.p - point[:, None], axis=0).argmin() for point in points.T]
+
+
+def cracked(kind, material, off=0.0, **traction):
+    """A plate with a crack from its side, and the nodes of its upper and lower lip, but for the tip; the lower ones are off by so much along it."""
+    whole = box(kind, -1.0, 1.0, -1.0, 1.0, 4, 4)
+    lower = np.flatnonzero((whole.p[1] == 0) & (whole.p[0] < 0.25))
+    copies = np.arange(whole.p.shape[1])
+    copies[lower] = len(copies) + np.arange(len(lower))
+    points, above = np.hstack([whole.p, whole.p[:, lower]]), whole.p[1, whole.t].mean(axis=0) > 0
+    points[0, lower] += off * (points[0, lower] > -1)
+    mesh = kind(points, np.where(above, copies[whole.t], whole.t))
+    outline = mesh.boundary_facets()
+    lips, above = (mesh.p[1, mesh.facets[:, outline]] == 0).all(axis=0), mesh.p[1, mesh.t[:, mesh.f2t[0, outline]]].mean(axis=0) > 0
+    ends = {"y0": lambda x: x[1] == -1, "y1": lambda x: x[1] == 1}
+    mesh = mesh.with_boundaries({"above": outline[lips & above], "below": outline[lips & ~above], **ends})
+    loads, contact = {"P": [fo.Traction("plate", "y1", **traction)]}, fo.Contact("plate", "plate", "above", "below")
+    return fo.ContactModel({"plate": fo.Body(mesh, material)}, [fo.Support("plate", "y0")], loads, [contact]), copies[lower], lower
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_crack_within_a_body_ends_at_its_tip(kind):
+    """The last nodes of both lips are one: no pair, and the others are as multipliers hold them."""
+    model, upper, lower = cracked(kind, fo.Material(), x=0.2, y=-1.0)
+    system, mesh, n = model.condense(), model.bodies["plate"].mesh, len(lower)
+    basis = Basis(mesh, ElementVector(mesh.elem()))
+    F = LinearForm(lambda v, w: 0.2 * v[0] - v[1]).assemble(FacetBasis(mesh, ElementVector(mesh.elem()), facets=mesh.boundaries["y1"]))
+    G = np.zeros((mesh.dim() * n, basis.N))
+    for i, point in enumerate(system.points):
+        pair = np.abs(mesh.p[:, upper].T - point).max(axis=1).argmin()
+        for axis, (nodes, sign) in product(range(mesh.dim()), ((upper, 1), (lower, -1))):
+            G[i::n, basis.nodal_dofs[axis, nodes[pair]]] = sign * system.frames[i, :, axis]
+    K, held = linear_elasticity(*fo.Material().lame).assemble(basis).toarray(), basis.get_dofs("y0").all()
+    S, r = by_multipliers(K, F[:, None], G, held)
+    q, p = system.bonded["P"]
+    assert system.nodes == n and np.allclose(system.S, S, rtol=0, atol=1e-10 * np.abs(S).max())
+    assert np.allclose(np.r_[q.T.ravel(), p], r.ravel(), rtol=0, atol=1e-10 * np.abs(r).max())
+
+
+@pytest.mark.parametrize("off", [1e-7, 1e-4, 0.1])
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_uniform_pressure_passes_through_a_crack_the_lips_of_which_do_not_match(kind, off):
+    model, upper, _ = cracked(kind, fo.Material(nu=0.0), off, y=-1.0)
+    system = model.condense()
+    assert system.nodes == len(upper) and np.allclose(system.bonded["P"][1], system.width, rtol=1e-10)
+    assert np.abs(system.bonded["P"][0]).max() < 1e-10

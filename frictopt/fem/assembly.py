@@ -166,7 +166,7 @@ class Assembly:
         normals, able = guided(ones[kept], opening, self.free_rows, normals[kept], self.points, near)
         self.interface = Interface(ones[kept], opening, frames_of(normals), able)
         self.sides = identity(len(self.points), format="csr")[ones[kept]], projection[kept]
-        self.contact, self.gap, self.width = number[kept], np.asarray(means @ gap), np.asarray((means > 0) @ widths)
+        self.contact, self.gap, self.width = number[kept], np.asarray(means @ gap), np.asarray((means > 0) @ np.where(ones == others, 0.0, widths))
 
     def _open(self, cuts: Sequence[Cut]) -> None:
         """Let the far faces of cuts follow the near ones."""

@@ -21,7 +21,8 @@ def shares(
     Where three bodies meet in a point, the relative motion of two of them follows from that of each to the third one, and so it does for two contacts
     of the same two bodies. Of such a circle the pair of the last contact is dissolved: the next pair of its contact stands for both, for the mean of
     their relative motions weighted by their widths. So a uniform traction still passes through (as for the multipliers at cross points of the mortar
-    method, Wohlmuth 2000).
+    method, Wohlmuth 2000). A node that both faces have, at the tip of a crack, is no pair: what moves it relative to its place, where the faces do
+    not match, counts with the next pair, of which the width stays.
 
     Parameters
     ----------
@@ -39,13 +40,13 @@ def shares(
     ModelError
         A contact of which no node is its own.
     """
-    n = len(nodes)
+    n, still = len(nodes), nodes == others
     i, j = cKDTree(points).query_pairs(near, output_type="ndarray").T
     spot = parts_of((i, j), n)
-    crowded = np.flatnonzero(np.bincount(spot)[spot] > 1).tolist()
+    crowded = np.flatnonzero((np.bincount(spot)[spot] > 1) & ~still).tolist()
     ends = [[(contacts[contact[k]].body_1, int(nodes[k])), (contacts[contact[k]].body_2, int(others[k]))] for k in crowded]
     at = {(body, int(spot[k])): node for k, pair in zip(crowded, ends, strict=True) for body, node in pair if node >= 0}
-    joined, kept = DisjointSet(), np.full(n, True)
+    joined, kept = DisjointSet(), ~still
     for k, pair in zip(crowded, ends, strict=True):
         one, two = (node if node >= 0 else at.get((body, int(spot[k])), (body, int(spot[k]))) for body, node in pair)
         joined.add(one)
@@ -60,5 +61,5 @@ def shares(
                 "mesh its faces with two elements or more, or list it first"
             )
         heir[k] = free[np.linalg.norm(points[free] - points[k], axis=1).argmin()]
-    whole = np.bincount(heir, widths, minlength=n)
+    whole = np.bincount(heir, np.where(still, 0.0, widths), minlength=n)
     return np.flatnonzero(kept), csr_matrix((widths / whole[heir], (heir, np.arange(n))), shape=(n, n))[kept]
