@@ -5,9 +5,9 @@ from dataclasses import replace
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ...contact import SolveRecord
+from ...contact import ContactSystem, SolveRecord, joined, parted
 from ...contact.checks import Array
 from ...contact.tolerances import RESIDUAL, ROUNDING
 from ...errors import SolverError
@@ -50,31 +50,49 @@ class NewtonIncrement(FrictionIncrement):
     ([[-0.9, -1.2]], [[0.3, 0.4]])
     """
 
+    def __init__(self, system: ContactSystem, friction: ArrayLike) -> None:
+        super().__init__(system, friction)
+        self._begun: dict[bytes, Array] = {}  # motions of increments whose state sweeps did not reach, by their load and way
+
     def along(self, u: Array, loads: Sequence[Array]) -> Iterator[tuple[Array, Array, NDArray[np.int8]]]:
-        """States after several loads in turn, see `FrictionIncrement`; reactions and gaps go on from those before."""
-        n, gap, stress = self.system.nodes, self.system.gap, self.system.S @ u
+        """States after several loads in turn, see `FrictionIncrement`; reactions and gaps go on from those before.
+
+        Where sweeps do not reach a state, Newton's method goes on, and begins in later cycles at the motions of this one.
+        """
+        n, gap, stress, axes = self.system.nodes, self.system.gap, self.system.S @ u, self.system.tangents + 1
         for load in loads:
-            start, r = np.zeros_like(u), load + stress
-            force = force_scale(load[-n:], r)
-            length = force / self.system.stiffness_scale
-            start[-n:] = (u[-n:] + gap) / length
-            state, r = self._swept(start, r / force)
-            if state.error <= ROUNDING:
-                u = np.concatenate([u[:-n] + length * state.u[:-n], length * state.u[-n:] - gap])
-                stress, forces, status = force * r - load, force * state.r, state.status
-            else:
-                [(u, forces, status)] = super().along(u, [load])
-                stress = self.system.S @ u
-            yield u, forces, status
+            way = loads[0].tobytes() + load.tobytes()
+            if way not in self._begun:
+                start, r = np.zeros_like(u), load + stress
+                force = force_scale(load[-n:], r)
+                length = force / self.system.stiffness_scale
+                start[-n:] = (u[-n:] + gap) / length
+                state, r = self._swept(start, r / force)
+                if state.error <= ROUNDING:
+                    u = np.concatenate([u[:-n] + length * state.u[:-n], length * state.u[-n:] - gap])
+                    stress = force * r - load
+                    yield u, force * state.r, state.status
+                    continue
+                self._begun[way] = length * state.u
+            posed = Posed(self, parted(u, axes)[0], parted(load, axes))
+            new = self._by_newton(posed, self._begun[way] / posed.length)
+            new = new if new.record.residual <= RESIDUAL else self.solve(posed.slip, posed.bonded)
+            before, u = u, joined(new.slip, new.gap - gap)
+            self._begun[way] = np.concatenate([(u - before)[:-n], new.gap])
+            stress = self.system.S @ u
+            yield u, joined(new.q, new.p), new.status
 
     def _solved(self, posed: Posed) -> Increment:
         """From where sweeps end; else from no motion, by c of nodes and of directions; last by frozen bounds."""
         state, _ = self._swept(np.zeros_like(posed.trial), posed.trial.copy())
         if state.error <= ROUNDING:
             return posed.result(state, SolveRecord("SWEEPS"), residual=state.error)
-        start = state.u if np.isfinite(state.u).all() else np.zeros_like(state.u)
-        found = posed.result(newton(self.law, posed.trial, start, enough=ROUNDING), _NEWTON)
+        found = self._by_newton(posed, state.u)
         return found if found.record.residual <= RESIDUAL else self._otherwise(posed, found.record.residual)
+
+    def _by_newton(self, posed: Posed, start: Array) -> Increment:
+        start = start if np.isfinite(start).all() else np.zeros_like(start)
+        return posed.result(newton(self.law, posed.trial, start), _NEWTON)
 
     def _swept(self, u: Array, r: Array) -> tuple[State, Array]:
         """What sweeps make of motions u and reactions r, which they change; the reactions of the state are on the law, those beside it are exact."""

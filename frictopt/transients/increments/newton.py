@@ -55,14 +55,14 @@ class State:
     error: float
 
 
-def newton(law: Law, trial: Array, u: Array, most: int = _STEPS, enough: float = _NEWTON) -> State:
+def newton(law: Law, trial: Array, u: Array, most: int = _STEPS) -> State:
     """The state that so many steps of Newton's method reach from motions u at most; whether it obeys the law is for the referee to say.
 
     It makes none where the error of u is small enough already. What its piece of the law lets vanish is zero in it, and slipping nodes are on their
     bound. In the plane slip against +x has the status -1.
     """
     best, steps = _piece(law, trial, u), 0
-    while steps < most and best.error > (_NEWTON if steps else enough):
+    while steps < most and best.error > _NEWTON:
         steps += 1
         direction, share, found = _step(law, best), 1.0, best
         for _ in range(_HALVINGS):
