@@ -240,7 +240,7 @@ FAULTS = (
           "shakedown limit_checks"),
     Fault("limits/safe_slip_result.py", "the limit itself is not safe", "margin >= -max(_NO_MARGIN, self.residual)", "margin >= 0",
           "slip_bound limit_checks"),
-    Fault("limits/plain_limits.py", "the wrong node limits an uncoupled contact", "int(above.argmin())", "int(above.argmax())", "shakedown limit_*"),
+    Fault("limits/plain_limits.py", "the wrong node limits an uncoupled contact", "int(above.argmin())", "int(above.argmax())", "shakedown slip_bound"),
     Fault("contact/onset.py", "open nodes hold as if they were closed", "r = load + moved @ S", "r = load.copy()", "onset"),
     Fault("contact/onset.py", "the onset forgets the settled slip", "joined(state.slip, state.gap - system.gap)",
           "joined(0 * state.slip, state.gap - system.gap)", "onset"),
