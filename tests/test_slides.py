@@ -1,4 +1,4 @@
-"""Bodies that may slide, and nodes that the mean load opens: what slides do to gaps, and what a proof says of them."""
+"""Bodies that may slide, closed or with nodes that the mean load opens: how many slides there are, what they do to gaps, and what a proof says."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from frictopt.limits.answered import Mechanism
 from frictopt.limits.friction_bounds import safe_set
 from frictopt.limits.judge import judged
 from frictopt.limits.open_nodes import rest_of
-from frictopt.limits.question import pose
+from frictopt.limits.question import pose, rigid_slides
 from oracle import Oracle
 
 
@@ -47,3 +47,17 @@ def test_a_mechanism_proves_nothing_where_a_slide_of_the_body_does_work_on_it():
     within = pose(contact, task.cycle, 5.0, slip_bound=2.0)  # which lets node 0 lift node 1 by 2 more
     limit = fo.ShakedownModel(contact, task.cycle, slip_bound=2.0).of_set(rest_of(within, np.array([False, True, False])))
     assert limit.load_factor == pytest.approx(3.0) and limit.slip[0] == pytest.approx(2.0) and limit.residual <= 1e-9
+
+
+@pytest.mark.parametrize("free", [0, 1, 7, 8, 9, 20, 29])
+def test_planted_slides_are_found_with_the_compliance_of_the_others(free):
+    rng, nodes = np.random.default_rng(free), 30
+    turn = np.linalg.qr(rng.normal(size=(nodes, nodes)))[0]
+    stiffness = np.where(np.arange(nodes) < free, 0.0, 10.0 ** rng.uniform(-4, 0, nodes))
+    A = (turn * stiffness) @ turn.T
+    system = fo.ContactSystem.from_blocks((A + A.T) / 2, np.zeros_like(A), np.eye(nodes), np.arange(nodes), {"P": (np.zeros(nodes), np.ones(nodes))})
+    rigid, compliance = rigid_slides(pose(system, fo.LoadCycle({"P": 1.0}, [{"P": -0.1}, {"P": 0.1}]), 0.5))
+    assert rigid.T @ rigid == pytest.approx(np.eye(free), abs=1e-13)
+    assert rigid @ rigid.T == pytest.approx(turn[:, :free] @ turn[:, :free].T, abs=1e-10)
+    forces = turn[:, free:]
+    assert A @ compliance @ forces == pytest.approx(forces, abs=1e-9)
