@@ -47,14 +47,6 @@ def test_springs_add_what_they_give_to_the_compliance_however_soft_a_motion_of_t
     assert np.abs(np.column_stack([joined(*pair) for pair in soft.bonded.values()]) - reactions).max() < 1e-13 * np.abs(R).max()
 
 
-@pytest.mark.parametrize("tangents", [1, 2])
-def test_rigid_surfaces_change_nothing_and_stiff_ones_little(tangents):
-    system = held(tangents)
-    assert system.with_contact_stiffness() is system
-    stiff = system.with_contact_stiffness(tangential=1e25, normal=1e25)
-    assert np.abs(stiff.S - system.S).max() < 1e-13 * np.abs(system.S).max()
-
-
 def collocation(cells, give=0.0, beta=0.286):
     """Flexibility of a half-plane under a rigid flat punch of half-width 1, E* = 1: even tractions on cells, displacements at their middles.
 
@@ -108,7 +100,9 @@ def test_surfaces_far_softer_or_stiffer_than_the_bodies(tangents, size):
     assert np.linalg.eigvalsh(soft.S)[0] > -1e-12 * np.abs(soft.S).max()
     for case in system.bonded:  # what the bodies carry as a whole
         assert np.abs(rigid_motions(soft).T @ (joined(*soft.bonded[case]) - joined(*system.bonded[case]))).max() < 1e-10
+    assert system.with_contact_stiffness() is system
     if size > 1:
+        assert np.abs(soft.S - system.S).max() < 1e-12 * np.abs(system.S).max()
         hard = fo.shakedown_limit(system, cycle, f)
         assert fo.shakedown_limit(soft, cycle, f).load_factor == pytest.approx(hard.load_factor, rel=1e-9 if tangents == 1 else 1e-7)
     else:

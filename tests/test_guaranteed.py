@@ -59,6 +59,9 @@ def test_published_instances(data, friction, lower, upper, simplify):
     limit, shakedown = (ask(contact, CYCLE, friction, simplify=simplify) for ask in (fo.guaranteed_limit, fo.shakedown_limit))
     assert (limit.load_factor, shakedown.load_factor) == pytest.approx((lower, upper), rel=1e-9, abs=1e-12)
     check(limit)
+    if not contact.B.any():
+        assert limit.proven and "uncoupled" in limit.reason and limit.record.solver == ("closed form" if simplify else "HIGHS")
+        assert not simplify or (limit.problem is None and "uncoupled" in limit.record.left_out[0])
 
 
 @settings(max_examples=12)
@@ -117,15 +120,6 @@ def test_a_slip_bound_raises_the_limit_and_the_witness_keeps_within(punch, paper
     assert nothing.kind is fo.LimitKind.NO_SAFE_SLIP and nothing.proven and np.isnan(nothing.load_factor) and np.isnan(nothing.reactions).all()
     only = np.where(np.arange(17) == 8, 0.0, 1e3)
     assert fo.guaranteed_limit(contact, paper_cycle, 0.5, slip_bound=only).load_factor == pytest.approx(free.load_factor, rel=1e-6)
-
-
-def test_uncoupled_contacts_need_no_program_and_are_proven():
-    contact = system(*THREE)
-    closed, solved = (fo.guaranteed_limit(contact, CYCLE, 0.4, simplify=simplify) for simplify in (True, False))
-    assert closed.problem is None and closed.record.solver == "closed form" and "uncoupled" in closed.record.left_out[0]
-    assert solved.record.solver == "HIGHS"
-    for limit in (closed, solved):
-        assert limit.proven and limit.load_factor == pytest.approx(0.8, rel=1e-9) and "uncoupled" in limit.reason
 
 
 @pytest.mark.parametrize("solver", LP_SOLVERS)

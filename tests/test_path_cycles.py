@@ -99,34 +99,26 @@ def test_events_that_lie_ahead_of_the_last_cycles_are_seen():
     assert expected > 0.1 and limit == pytest.approx([0.0, 0.0, expected], abs=1e-9) and run.cycles < 60
 
 
-def limit_of(cycle_map, start, cycles=2000):
-    for _ in range(cycles):
-        start = cycle_map(*start)
-    return start
+TURN = 0.97 * np.array([[np.cos(0.0873), -np.sin(0.0873)], [np.sin(0.0873), np.cos(0.0873)]])
 
 
-def test_states_that_turn_round_their_limit_may_meet_other_events():
+def turning(x, y, dragged):
     """By 5 degrees a cycle; a third node is dragged along from 63 degrees on."""
-    turn = 0.97 * np.array([[np.cos(0.0873), -np.sin(0.0873)], [np.sin(0.0873), np.cos(0.0873)]])
-
-    def turning(x, y, dragged):
-        return *(turn @ (x, y)), dragged + 0.1 * max(y - 2 * x, 0.0)
-
-    expected = limit_of(turning, (1.0, 0.0, 0.0))
-    assert expected[2] > 0.1
-    _, limit, _ = settled(Mapped(turning, [1.0, 0.0, 0.0]), 2000)
-    assert limit == pytest.approx(expected, abs=1e-8)
+    return *(TURN @ (x, y)), dragged + 0.1 * max(y - 2 * x, 0.0)
 
 
-def test_states_that_change_sides_may_meet_other_events():
+def changing(x, y, dragged):
     """One slip changes its sign in each cycle; a third node is dragged along once it is less than half of the other."""
+    return -0.9 * x, 0.95 * y, dragged + 0.1 * max(min(-x, y + 2 * x), 0.0)
 
-    def changing(x, y, dragged):
-        return -0.9 * x, 0.95 * y, dragged + 0.1 * max(min(-x, y + 2 * x), 0.0)
 
-    expected = limit_of(changing, (1.0, 1.0, 0.0))
+@pytest.mark.parametrize(("cycle_map", "start"), [(turning, (1.0, 0.0, 0.0)), (changing, (1.0, 1.0, 0.0))])
+def test_states_that_turn_round_their_limit_or_change_sides_may_meet_other_events(cycle_map, start):
+    expected = start
+    for _ in range(2000):
+        expected = cycle_map(*expected)
     assert expected[2] > 0.01
-    _, limit, _ = settled(Mapped(changing, [1.0, 1.0, 0.0]), 2000)
+    _, limit, _ = settled(Mapped(cycle_map, start), 2000)
     assert limit == pytest.approx(expected, abs=1e-8)
 
 

@@ -81,9 +81,8 @@ def test_bonded_corner_has_the_exponents_and_ratios_of_the_three_quarter_plane()
 
 
 def test_accuracy_that_is_lost_is_said():
-    for contrast, said in ((1e11, "equilibrium of the bodies"), (1e14, "stiffness: node .* of body 'punch' .* closer together")):
-        with pytest.raises(fo.ModelError, match=said):
-            fo.scenes.PunchOnHalfPlane(elements=6, growth=2.5, grading=3.0, punch_material=fo.Material(contrast)).condense()
+    with pytest.raises(fo.ModelError, match="equilibrium of the bodies"):
+        fo.scenes.PunchOnHalfPlane(elements=6, growth=2.5, grading=3.0, punch_material=fo.Material(1e11)).condense()
 
 
 def test_sizes_need_not_add_up_in_floating_point():
