@@ -4,12 +4,11 @@ import re
 
 import numpy as np
 import pytest
-from scipy.linalg import block_diag
 from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
 from calculix import Block, displacements, equation, lines, needs_ccx, node_set
-from frictopt.fem.elasticity import body_stiffness
+from multipliers import Assembled
 
 CORK = fo.Material(E=3.0, nu=0.0)
 HEIGHTS = np.array([0.0, 0.7, 1.5, 3.0])
@@ -84,38 +83,26 @@ def test_the_faces_move_as_multipliers_tie_them(kind):
         return [*parts, fo.Centrifugal(body, 0.1)]
 
     model = stands(kind, {"F": [fo.BoltPreload("bolt", "section", 4.0), *loads("bolt")]}, material)
-    fields = glued(model, F=1.0)
-    lower, upper = bar(kind, 0, 3), bar(kind, 2, None)
-    meshes = [model.bodies["base"].mesh, lower, upper]
-    K = block_diag(*(body_stiffness(mesh, material, kinematics="space" if d == 3 else "plane_strain").toarray() for mesh in meshes))
-    F = [np.zeros(meshes[0].p.size)]
-    F += [sum(load._forces(fo.Body(mesh, material), "plane_strain") for load in loads("bolt")).ravel() for mesh in meshes[1:]]
-    starts = np.cumsum([0, *(mesh.p.size for mesh in meshes)])
-    K, F = np.pad(K, (0, 1)), np.r_[np.concatenate(F), 4.0]  # the last unknown is how far the faces come together
-    rows = []
-
-    def tie(one, two, height, closing):
-        for i in np.flatnonzero(meshes[one].p[-1] == height):
-            j = np.flatnonzero((meshes[two].p == meshes[one].p[:, [i]]).all(axis=0))[0]
-            for axis in range(d):
+    fields, meshes = glued(model, F=1.0), {"base": model.bodies["base"].mesh, "lower": bar(kind, 0, 3), "upper": bar(kind, 2, None)}
+    bodies = {name: fo.Body(mesh, material) for name, mesh in meshes.items()}
+    whole = Assembled(bodies)
+    K, F = np.pad(whole.K, (0, 1)), np.r_[np.zeros(len(whole.K)), 4.0]  # the last unknown is how far the faces come together
+    for name in ("lower", "upper"):
+        for load in loads(name):
+            F[whole.first[name] + whole.bases[name].nodal_dofs] += load._forces(bodies[name], "plane_strain")
+    rows = [*np.eye(len(K))[np.r_[whole.on("base", d - 1, -1.0), whole.on("upper", d - 1, 3.0)]]]
+    for one, two, height, closing in (("lower", "base", 0.0, 0.0), ("lower", "upper", 1.5, 1.0)):
+        for point in meshes[one].p.T[meshes[one].p[-1] == height]:
+            for axis, unknowns in enumerate(zip(whole.rows(one, point), whole.rows(two, point), strict=True)):
                 rows.append(np.zeros(len(K)))
-                for part, node, sign in ((one, i, 1.0), (two, j, -1.0)):
-                    rows[-1][starts[part] + axis * meshes[part].p.shape[1] + node] = sign
-                rows[-1][-1] = -closing * (axis == d - 1)
-
-    tie(1, 0, 0.0, 0.0)
-    tie(1, 2, 1.5, 1.0)
-    for part, height in ((0, -1.0), (2, 3.0)):
-        for i in np.flatnonzero(meshes[part].p[-1] == height):
-            rows += [np.eye(len(K))[starts[part] + axis * meshes[part].p.shape[1] + i] for axis in range(d)]
+                rows[-1][[*unknowns, -1]] = 1.0, -1.0, -closing * (axis == d - 1)
     C = np.array(rows)
     u = np.linalg.solve(np.block([[K, C.T], [C, np.zeros((len(C), len(C)))]]), np.r_[F, np.zeros(len(C))])
     ours, mesh = fields.displacement["bolt"], fields.bodies["bolt"].mesh
-    for part, place in ((1, lower.p), (2, upper.p)):
-        expected = u[starts[part] : starts[part + 1]].reshape(d, -1)
-        for i, point in enumerate(place.T):
+    for name, which in (("lower", 0), ("upper", -1)):  # of the two nodes in the section
+        for point in meshes[name].p.T:
             same = np.flatnonzero((mesh.p == point[:, None]).all(axis=0))
-            assert np.allclose(ours[:, same[0 if part == 1 else -1]], expected[:, i], atol=1e-10)
+            assert np.allclose(ours[:, same[which]], u[whole.rows(name, point)], atol=1e-10)
 
 
 def test_two_legs_of_one_bolt_have_a_section_each():
