@@ -22,49 +22,40 @@ def in_space(contact):
 SPACES = pytest.mark.parametrize("place", [in_plane, in_space])
 
 
-def cases():
-    coupled = random_system(np.random.default_rng(0), 2)
-    pressing = fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}, {"mean": 2.0}])
-    still = fo.LoadCycle({"mean": 1.0}, [{}])
-    pair = system(np.eye(2), np.full((2, 2), 0.1), 0.0, -1.0, 1.0, 0.0)
-    half_open = system(np.eye(2), np.zeros((2, 2)), 0.0, [1.0, -0.5], 1.0, 0.0)
-    sheared = system(np.eye(1), np.zeros((1, 1)), 3.0, 1.0, 1.0, 0.0)
-    yield "finite", coupled, CYCLE, {}, LimitKind.FINITE, ["is safe above it"]
-    yield (
-        "pressing",
-        coupled,
-        pressing,
-        {},
-        LimitKind.UNBOUNDED,
-        ["the shakedown limit is infinite: every load factor has a safe residual slip; at no node does the cyclic shear exceed f p"],
-    )
-    alone = system(np.eye(1), np.zeros((1, 1)), 0.0, 1.0, 1.0, 0.0)
-    held, one = system(np.eye(2), [[0.0, 0.1], [-0.1, 0.0]], 0.0, 1.0, 0.4, 1.0), fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}])
-    no_growth = "at no node does the cyclic shear exceed f p, so the residual slip stays bounded"
-    yield "pressed as much as sheared", held, one, {}, LimitKind.UNBOUNDED, [no_growth]
-    yield "pressed within a slip bound", held, one, {"slip_bound": 0.1}, LimitKind.UNBOUNDED, ["within the slip bound; ", no_growth]
-    yield (
-        "following",
-        alone,
-        one,
-        {},
-        LimitKind.UNBOUNDED,
-        ["a slip that grows with the load keeps every node within its friction bound; ", "slip_bound limits it"],
-    )
-    yield "still", coupled, still, {}, LimitKind.UNBOUNDED, ["the corners carry no load"]
-    yield "pulled", pair, CYCLE, {}, LimitKind.NO_SAFE_SLIP, ["compression must be positive", "sum to -2"]
-    yield "half open", half_open, CYCLE, {}, LimitKind.FINITE, ["1 of 2 nodes open under the mean load"]
-    yield "unloaded", coupled, fo.LoadCycle({}, CYCLE.corners), {}, LimitKind.FINITE, ["any load factor above 0", "the mean load is zero"]
-    yield "unloaded within a slip bound", coupled, fo.LoadCycle({}, CYCLE.corners), {"slip_bound": 0.1}, LimitKind.FINITE, ["the mean load is zero"]
-    yield "pressed by the corner alone", coupled, fo.LoadCycle({}, [{"mean": 1.0}]), {}, LimitKind.UNBOUNDED, ["every load factor"]
-    yield ("bounded", sheared, CYCLE, {"slip_bound": 0.1}, LimitKind.NO_SAFE_SLIP, ["within the slip bound", "larger slip_bound", "exceed"])
+def plain(n, *loads, B=0.0):
+    """Nodes of unit stiffness."""
+    return system(np.eye(n), np.broadcast_to(B, (n, n)), *loads)
+
+
+COUPLED, SHEARED = random_system(np.random.default_rng(0), 2), plain(1, 3.0, 1.0, 1.0, 0.0)
+HELD, ALONE = plain(2, 0.0, 1.0, 0.4, 1.0, B=[[0.0, 0.1], [-0.1, 0.0]]), plain(1, 0.0, 1.0, 1.0, 0.0)
+PRESSING, ONE_WAY = fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}, {"mean": 2.0}]), fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}])
+UNLOADED, PRESSED = fo.LoadCycle({}, CYCLE.corners), fo.LoadCycle({}, [{"mean": 1.0}])
+WITHIN = {"slip_bound": 0.1}
+ENDLESS, NO_GROWTH = "every load factor has a safe residual slip; ", "at no node does the cyclic shear exceed f p"
+FOLLOWS = ["a slip that grows with the load keeps every node within its friction bound; ", "slip_bound limits it"]
+CASES = {  # contact, cycle, options, kind, texts
+    "finite": (COUPLED, CYCLE, {}, LimitKind.FINITE, ["is safe above it"]),
+    "pressing": (COUPLED, PRESSING, {}, LimitKind.UNBOUNDED, ["the shakedown limit is infinite: " + ENDLESS + NO_GROWTH]),
+    "pressed as much as sheared": (HELD, ONE_WAY, {}, LimitKind.UNBOUNDED, [NO_GROWTH + ", so the residual slip stays bounded"]),
+    "pressed within a slip bound": (HELD, ONE_WAY, WITHIN, LimitKind.UNBOUNDED, ["within the slip bound; ", NO_GROWTH + ", so the"]),
+    "following": (ALONE, ONE_WAY, {}, LimitKind.UNBOUNDED, FOLLOWS),
+    "still": (COUPLED, fo.LoadCycle({"mean": 1.0}, [{}]), {}, LimitKind.UNBOUNDED, ["the corners carry no load"]),
+    "pulled": (plain(2, 0.0, -1.0, 1.0, 0.0, B=0.1), CYCLE, {}, LimitKind.NO_SAFE_SLIP, ["compression must be positive", "sum to -2"]),
+    "half open": (plain(2, 0.0, [1.0, -0.5], 1.0, 0.0), CYCLE, {}, LimitKind.FINITE, ["1 of 2 nodes open under the mean load"]),
+    "unloaded": (COUPLED, UNLOADED, {}, LimitKind.FINITE, ["any load factor above 0", "the mean load is zero"]),
+    "unloaded within a slip bound": (COUPLED, UNLOADED, WITHIN, LimitKind.FINITE, ["the mean load is zero"]),
+    "pressed by the corner alone": (COUPLED, PRESSED, {}, LimitKind.UNBOUNDED, ["every load factor"]),
+    "bounded": (SHEARED, CYCLE, WITHIN, LimitKind.NO_SAFE_SLIP, ["within the slip bound", "larger slip_bound", "exceed"]),
+}
 
 
 @SPACES
 @pytest.mark.parametrize("simplify", [True, False])
 @pytest.mark.parametrize("ask", ASK)
-@pytest.mark.parametrize(("name", "contact", "cycle", "options", "kind", "texts"), list(cases()), ids=[name for name, *_ in cases()])
-def test_every_limit_says_its_kind_and_why(ask, name, contact, cycle, options, kind, texts, simplify, place):
+@pytest.mark.parametrize("name", CASES)
+def test_every_limit_says_its_kind_and_why(ask, name, simplify, place):
+    contact, cycle, options, kind, texts = CASES[name]
     limit = ask(place(contact), cycle, 0.5, simplify=simplify, **options)
     number = limit.load_factor
     assert limit.kind is kind
