@@ -69,14 +69,8 @@ def test_saved_systems_come_back_bit_by_bit(folder, nodes, seed, scale, gap, mod
     blocks = (scale * block for block in (system.A, system.B, system.C))
     turns = rng.uniform(0.1, 3.0, nodes)  # tangents along which the nodes follow each other
     c, s = np.cos(turns), np.sin(turns)
-    frames = np.moveaxis([[s, -c], [c, s]], -1, 0)
-    where = {
-        "points": np.column_stack([np.arange(nodes), rng.normal(size=nodes)]),
-        "frames": frames,
-        "contact": [contact] * nodes,
-        "width": 1 + rng.random(nodes),
-    }
-    known = {name: where[name] for name in placed}
+    where = {"points": np.column_stack([np.arange(nodes), rng.normal(size=nodes)]), "frames": np.moveaxis([[s, -c], [c, s]], -1, 0)}
+    known = {name: part for name, part in {**where, "contact": [contact] * nodes, "width": 1 + rng.random(nodes)}.items() if name in placed}
     system = fo.ContactSystem.from_blocks(*blocks, system.x, bonded, rng.random(nodes) if gap else None, E_star=modulus)
     system = replace(system, **known)
     system.save(folder / "a system")
