@@ -46,17 +46,17 @@ def test_the_table_against_a_long_transient_by_quadrature(punch, opening):
     assert "property of the mesh" in table.attrs["note"]
 
 
+# A punch that rocks under a steady pull walks: each node holds while the other one slips.
+ROCKED = {"P": ([0.3, 0.3], [1, 1]), "rock": ([0, 0], [0.6, -0.6]), "Q": ([0.5, -0.5], [0, 0])}
+ROCKING = fo.ContactSystem.from_blocks([[1, -1], [-1, 1]], np.zeros((2, 2)), np.eye(2), [0, 1], ROCKED)
+WALKING = ROCKING, fo.LoadCycle({"P": 1.0}, [{"rock": 1.0}, {"rock": -1.0}]), 0.5, 1.0
+
+
 def test_a_contact_that_creeps_has_its_drift_in_the_slip_range():
-    """A punch that rocks under a steady pull walks: each node holds while the other one slips."""
-    loads = {"mean": ([0, 0], [1, 1]), "rock": ([0, 0], [0.6, -0.6]), "pull": ([0.3, 0.3], [0, 0])}
-    contact = fo.ContactSystem.from_blocks([[1.0, -1.0], [-1.0, 1.0]], np.zeros((2, 2)), np.eye(2), [0, 1], loads)
-    cycle = fo.LoadCycle({"mean": 1.0, "pull": 1.0}, [{"rock": 1.0}, {"rock": -1.0}])
-    steady = fo.steady_state(contact, cycle, 0.5, 1.0)
+    steady, path = fo.steady_state(*WALKING), fo.march(*WALKING, cycles=9)
     assert steady.outcome is fo.Outcome.RATCHETING
-    table = steady.fretting_table()
-    path = fo.march(contact, cycle, 0.5, 1.0, cycles=9)
     drift = path.slip[path.time == 18.0][0] - path.slip[path.time == 16.0][0]
-    assert np.allclose(table.slip_range, np.abs(drift)) and np.abs(drift).min() > 0.01
+    assert np.allclose(steady.fretting_table().slip_range, np.abs(drift)) and np.abs(drift).min() > 0.01
 
 
 def test_bulk_stress_gives_f2_and_swt():
@@ -68,26 +68,9 @@ def test_bulk_stress_gives_f2_and_swt():
     assert list(table.columns[:3]) == ["node", "x", "slip_range"] and "nodal forces" in table.attrs["note"]
 
 
-@refused(
-    ({"stress": np.ones((1, 2))}, "one of them alone"),
-    ({"stress": np.ones((1, 2)), "strain": np.ones((2, 2))}, "1 and 2 states"),
-)
+@refused(({"stress": np.ones((1, 2))}, "one of them alone"), ({"stress": np.ones((1, 2)), "strain": np.ones((2, 2))}, "1 and 2 states"))
 def test_stress_and_strain_that_do_not_fit_are_refused(change):
     fo.steady_state(system(*FIRST_PAIR), CYCLE, 0.6, 2.0).fretting_table(**change)
-
-
-WALKING = (  # a punch that rocks under a steady pull
-    fo.ContactSystem.from_blocks(
-        [[1, -1], [-1, 1]],
-        np.zeros((2, 2)),
-        np.eye(2),
-        [0, 1],
-        {"P": ([0.3, 0.3], [1, 1]), "rock": ([0, 0], [0.6, -0.6]), "Q": ([0.5, -0.5], [0, 0])},
-    ),
-    fo.LoadCycle({"P": 1.0}, [{"rock": 1.0}, {"rock": -1.0}]),
-    0.5,
-    1.0,
-)
 
 
 def test_a_steady_state_with_another_work_or_one_that_does_not_come_back_is_refused():
@@ -99,7 +82,7 @@ def test_a_steady_state_with_another_work_or_one_that_does_not_come_back_is_refu
 
 def test_a_steady_state_outside_its_bounds_is_refused():
     """One corner, at which nothing moves any more: the contact was computed with the friction that holds it."""
-    steady = fo.steady_state(WALKING[0], fo.LoadCycle({"P": 1.0}, [{"Q": 0.5}]), 0.9, 1.0)
+    steady = fo.steady_state(ROCKING, fo.LoadCycle({"P": 1.0}, [{"Q": 0.5}]), 0.9, 1.0)
     assert steady.outcome is fo.Outcome.SHAKEDOWN and steady.states().work.max() == 0
     with pytest.raises(fo.ModelError, match="initial_state: it violates the contact law"):
         replace(steady, friction=np.full(2, 0.5)).states()

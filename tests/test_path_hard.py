@@ -32,22 +32,21 @@ def test_steady_states_are_where_a_hundred_cycles_go(seed, nodes, corners, size)
     assert np.allclose(path.state.u[:nodes], steady.slip, atol=1e-7 * max(1.0, np.abs(steady.slip).max()))
 
 
+NODE = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"N": ([0.0], [1.0]), "T": ([1.0], [0.0])})
+
+
 def test_a_first_cycle_without_work_is_no_shakedown():
     """A node lifts off, moves freely and lands elsewhere: it dissipates from the second cycle on."""
-    loads = {"N": ([0.0], [1.0]), "T": ([1.0], [0.0])}
-    contact = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
     cycle = fo.LoadCycle({"N": 1.0}, [{"N": -2.0}, {"N": -2.0, "T": 0.3}, {"T": 0.3}, {}])
-    steady = steady_state(contact, cycle, 0.5, 1.0)
-    work = fo.march(contact, cycle, 0.5, 1.0, cycles=6).cycle_work.sum(axis=1)
+    steady = steady_state(NODE, cycle, 0.5, 1.0)
+    work = fo.march(NODE, cycle, 0.5, 1.0, cycles=6).cycle_work.sum(axis=1)
     assert work[0] == 0.0 and work[-1] == pytest.approx(0.045)
     assert steady.outcome is Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(0.045)
 
 
 def test_a_first_cycle_that_comes_back_without_work_is_no_shakedown():
     """From the mean load a node lifts off at once; from the last corner, sheared, it slips first: `q = 0.6 (1 - t)` meets `f p = 1 - 1.25 t`."""
-    loads = {"N": ([0.0], [1.0]), "T": ([1.0], [0.0])}
-    contact = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
-    steady = steady_state(contact, fo.LoadCycle({"N": 1.0}, [{"N": -1.5}, {"N": 1.0}, {"N": 1.0, "T": 0.6}]), 0.5, 1.0)
+    steady = steady_state(NODE, fo.LoadCycle({"N": 1.0}, [{"N": -1.5}, {"N": 1.0}, {"N": 1.0, "T": 0.6}]), 0.5, 1.0)
     begin, end = 0.4 / 0.65, 0.8  # of slip: at the bound, and without pressure
     work = 0.65 * ((end - 0.625 * end**2) - (begin - 0.625 * begin**2))
     assert steady.outcome is Outcome.CYCLIC_SLIP and steady.first_cycle == 0 and steady.dissipation == pytest.approx(work)

@@ -11,18 +11,10 @@ from studies.validation.fuzz.embedded import embedded
 from test_path_cycles import Mapped, settled
 
 # Node 0 opens at corner 1 and drags node 1 along before: the further it has slid, the less it is dragged in the next cycle.
-TWICE = fo.ContactSystem.from_blocks(
-    A=[[6.02, 2.5], [2.5, 11.2]],
-    B=[[1.75, -4.16], [-7.96, -6.72]],
-    C=[[12.48, 2.55], [2.55, 16.53]],
-    x=[0.0, 1.0],
-    bonded={
-        "mean": ([0, 0], [0.7, 0.73]),
-        "a": ([0.01, -0.54], [0.83, 0.06]),
-        "b": ([-0.62, -0.55], [-2.79, 0.49]),
-        "c": ([0.81, 1.06], [3.15, -0.68]),
-    },
-)
+A, B, C = [[6.02, 2.5], [2.5, 11.2]], [[1.75, -4.16], [-7.96, -6.72]], [[12.48, 2.55], [2.55, 16.53]]
+MEAN = {"mean": ([0, 0], [0.7, 0.73])}
+LOADS = {"a": ([0.01, -0.54], [0.83, 0.06]), "b": ([-0.62, -0.55], [-2.79, 0.49]), "c": ([0.81, 1.06], [3.15, -0.68])}
+TWICE = fo.ContactSystem.from_blocks(A, B, C, [0.0, 1.0], MEAN | LOADS)
 ROUND = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"b": 1.0}, {"c": 1.0}])
 ASKED = TWICE, ROUND, 1.2, 1.0
 

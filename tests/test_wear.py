@@ -9,9 +9,11 @@ import pytest
 import frictopt as fo
 from refused import refused
 from studies.validation.fuzz.embedded import embedded
+from systems import PULL
 from worn import F, cylinder, driven_punch, plain_rate
 
 COARSE = cylinder(32)
+SWAY = fo.LoadCycle({"pull": 1.0}, [{"pull": 0.3, "sway": 0.1}, {"pull": -0.3, "sway": -0.1}])
 
 
 @pytest.fixture(scope="module")
@@ -96,13 +98,9 @@ def test_a_history_goes_on_from_its_state():
 @pytest.mark.parametrize(
     ("scene", "cycle", "load_factor"),
     [
-        (fo.scenes.RoundedPunch(punch=fo.scenes.PunchOnHalfPlane(elements=24)), fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}]), 1.2),
-        (fo.scenes.PunchOnHalfPlane(elements=24), fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}]), 1.9),
-        (
-            fo.scenes.Dovetail(elements=8, edge_radius=5.0),
-            fo.LoadCycle({"pull": 1.0}, [{"pull": 0.3, "sway": 0.1}, {"pull": -0.3, "sway": -0.1}]),
-            0.7,
-        ),
+        (fo.scenes.RoundedPunch(punch=fo.scenes.PunchOnHalfPlane(elements=24)), PULL, 1.2),
+        (fo.scenes.PunchOnHalfPlane(elements=24), PULL, 1.9),
+        (fo.scenes.Dovetail(elements=8, edge_radius=5.0), SWAY, 0.7),
     ],
     ids=["rounded punch", "flat punch", "dovetail"],
 )

@@ -125,20 +125,20 @@ def test_the_sphere_in_space():
 
 
 COARSE = cylinder(16)
-PAIR = fo.ContactSystem.from_blocks(
-    [[2.0, 0.0], [0.0, 2.0]], [[0.1, 0.0], [0.0, 0.1]], np.eye(2), [0.0, 1.0], {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0])}
-)
-UNLIKE = fo.ContactSystem.from_blocks(
-    [[2.0, -1.0], [-1.0, 2.0]], np.zeros((2, 2)), np.eye(2), [0.0, 1.0], {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0])}
-)
-SEESAW = fo.ContactSystem.from_blocks(  # wear at one node relieves the next one, which has worn too much by then: 0.338 at node 0, not 1/6
-    *([[1.0, 0.5, 0.4], [0.5, 1.0, 0.1], [0.4, 0.1, 1.0]], np.zeros((3, 3)), [[1.0, 0.5, 0.4], [0.5, 1.0, 0.1], [0.4, 0.1, 1.0]]),
-    *([0.0, 1.0, 2.0], {"P": ([0, 0, 0], [0.5, 0.9, 0.9]), "Q": ([1.0, 0.6, 0.9], [0, 0, 0])}),
-)
-BOTH_WAYS = fo.ContactSystem.from_blocks(  # node 2 slips the other way at first, and wears by 0.043
-    *([[1.1, -0.1, -0.5], [-0.1, 0.4, -0.2], [-0.5, -0.2, 1.0]], np.zeros((3, 3)), [[1.1, -0.1, -0.5], [-0.1, 0.4, -0.2], [-0.5, -0.2, 1.0]]),
-    *([0.0, 1.0, 2.0], {"P": ([0, 0, 0], [1.2, 0.4, 0.5]), "Q": ([0.9, 0.4, -0.5], [0, 0, 0])}),
-)
+
+
+def contact(stiffness, p, q, coupling=0.0):
+    """A contact with the same stiffness along and across, under the load cases P, which presses, and Q, which shears."""
+    A, n = np.array(stiffness), len(stiffness)
+    return fo.ContactSystem.from_blocks(A, coupling * np.eye(n), A, np.arange(n), {"P": (np.zeros(n), p), "Q": (q, np.zeros(n))})
+
+
+PAIR = contact(2 * np.eye(2), [1, 1], [1, 1], coupling=0.1)
+UNLIKE = fo.ContactSystem.from_blocks([[2.0, -1.0], [-1.0, 2.0]], np.zeros((2, 2)), np.eye(2), [0.0, 1.0], PAIR.bonded)
+# Wear at one node relieves the next one, which has worn too much by then: 0.338 at node 0, not 1/6. In the other one node 2 slips the other way
+# at first, and wears by 0.043.
+SEESAW = contact([[1.0, 0.5, 0.4], [0.5, 1.0, 0.1], [0.4, 0.1, 1.0]], [0.5, 0.9, 0.9], [1.0, 0.6, 0.9])
+BOTH_WAYS = contact([[1.1, -0.1, -0.5], [-0.1, 0.4, -0.2], [-0.5, -0.2, 1.0]], [1.2, 0.4, 0.5], [0.9, 0.4, -0.5])
 IN_PHASE = fo.LoadCycle({"P": 1.0}, [{"Q": 0.4, "P": 1.0}, {"Q": -0.4, "P": -1.0}])  # sticks everywhere, and does not wear
 ROUND = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"P": 1.0}, {"Q": -1.0}])
 
