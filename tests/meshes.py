@@ -61,18 +61,8 @@ def ring(radii, elements, inner, outer, start=0.0):
 def trapezium(bottom, top, elements, boundaries):
     """Quadrilaterals between two level segments, (left, right, y) each, `elements` across and up, its four sides renamed."""
     s, t = np.linspace(0, 1, elements[0] + 1), np.linspace(0, 1, elements[1] + 1)
-    mesh = MeshQuad.init_tensor(s, t)
-    mesh = mesh.with_boundaries(
-        {
-            boundaries.get(name, name): where
-            for name, where in {
-                "left": lambda x: x[0] == 0,
-                "right": lambda x: x[0] == 1,
-                "bottom": lambda x: x[1] == 0,
-                "top": lambda x: x[1] == 1,
-            }.items()
-        }
-    )
+    sides = {"left": lambda x: x[0] == 0, "right": lambda x: x[0] == 1, "bottom": lambda x: x[1] == 0, "top": lambda x: x[1] == 1}
+    mesh = MeshQuad.init_tensor(s, t).with_boundaries({boundaries.get(name, name): where for name, where in sides.items()})
     s, t = mesh.p
     (a, b, low), (c, d, high) = bottom, top
     points = np.array([(1 - t) * (a + s * (b - a)) + t * (c + s * (d - c)), low + t * (high - low)])

@@ -63,10 +63,8 @@ def problem(rng, upper, lower, kind=MeshTri, turn=None, held=True):
     bases = [Basis(mesh, ElementVector(mesh.elem())) for mesh in blocks]
     size, first, turn = sum(basis.N for basis in bases), bases[0].N, np.eye(blocks[0].dim()) if turn is None else turn
     new = rng.permutation(size)
-    K, old = (
-        block_diag([linear_elasticity(*lame).assemble(basis) for lame, basis in zip((STEEL, ALLOY), bases, strict=True)]).tocsr(),
-        np.argsort(new),
-    )
+    old = np.argsort(new)
+    K = block_diag([linear_elasticity(*lame).assemble(basis) for lame, basis in zip((STEEL, ALLOY), bases, strict=True)]).tocsr()
     unknowns = new[np.concatenate([bases[0].nodal_dofs.T, first + bases[1].nodal_dofs.T])]
     points = np.concatenate([mesh.p for mesh in blocks], axis=1).T
     spin = np.zeros(K.shape)

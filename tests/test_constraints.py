@@ -159,10 +159,7 @@ def test_trusses_and_springs_have_no_faces(tmp_path):
     assert on(found, found.force([2, 3], pressure=1.0)) == pytest.approx({"3.2": -0.5, "4.2": -0.5})
 
 
-@refused(
-    ({}, "force: no load; give one of"),
-    ({"traction": [0.0, 1.0], "total": [0.0, 1.0]}, "force: traction and total; give one of"),
-)
+@refused(({}, "force: no load; give one of"), ({"traction": [0.0, 1.0], "total": [0.0, 1.0]}, "force: traction and total; give one of"))
 def test_a_force_is_said_in_one_way(load, tmp_path):
     job(tmp_path, SQUARE, ["3.2", "4.2"]).force("TOP", **load)
 

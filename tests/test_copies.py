@@ -21,9 +21,8 @@ matplotlib.use("Agg")
 NODE = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0])})
 LIFTS = fo.LoadCycle({"P": 1.0}, [{"N": -1.0}, {"N": 1.0}])
 GRID = [[x, y, 0.0] for x in (0.0, 1.0) for y in (0.0, 1.0)]
-PAD = fo.ContactSystem(
-    np.diag(np.arange(12.0) + 4.0), GRID, {"P": np.r_[np.zeros(8), np.ones(4)], "Q": np.r_[1.0, np.zeros(11)], "R": np.r_[0.0, 1.0, np.zeros(10)]}
-)
+SHEARS = dict(zip("QR", np.eye(12), strict=False))
+PAD = fo.ContactSystem(np.diag(np.arange(12.0) + 4.0), GRID, {"P": np.repeat([0.0, 0.0, 1.0], 4), **SHEARS})
 TURNS = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"R": 1.0}, {"Q": -1.0}])
 PUNCH, BLOCKS = fo.scenes.PunchOnHalfPlane(elements=4, growth=1.6).model(), fo.scenes.SquarePunch(elements=2, growth=2.0).model()
 FLAT = system(np.eye(2), np.zeros((2, 2)), 0.0, [1.0, 2.0], 1.0, 0.0)

@@ -31,15 +31,9 @@ def box(kind, x0, x1, y0, y1, across, up=3):
 
 def shims(kind, plate=4, element=None, up=3, contacts=None, **more):
     """Two shims side by side between two plates, free to strain, under P across the plates and S along them."""
-    meshes = {name: box(kind, *sizes, 2, up) for name, sizes in SHIMS.items()} | {
-        name: box(kind, *sizes[:2], *sizes[2:], plate) for name, sizes in PLATES.items()
-    }
+    meshes = {name: box(kind, *sizes, 2, up) for name, sizes in SHIMS.items()} | {name: box(kind, *sizes, plate) for name, sizes in PLATES.items()}
     bodies = {name: fo.Body(mesh, fo.Material(2.0, 0.3), element) for name, mesh in meshes.items()}
-    supports = [
-        fo.Support("below", "y0", "y"),
-        fo.Support("below", "x0", "x"),
-        *([fo.Support("below", "z0", "z")] if kind in (MeshHex, MeshTet) else []),
-    ]
+    supports = [fo.Support("below", f"{axis}0", axis) for axis in "yxz"[: kind().dim()]]
     squeeze = [(body, side, sign) for body in bodies for side, sign in (("x0", 1.0), ("x1", -1.0)) if side in outer(body)]
     loads = {"P": [fo.Traction("above", "y1", y=-1.0)], "S": [fo.Traction(body, side, x=sign) for body, side, sign in squeeze]}
     joints = contacts or [fo.Contact(*joint, name=f"{joint[0]} {joint[1]}") for joint in JOINTS]
@@ -97,9 +91,8 @@ def widths(body, point, h):
     if len(point) == 2:
         share = [h if i == 0 else h / 2 for i in range(len(places))]
     else:
-        share = [
-            fo.Traction("left", "x1", x=1.0)._forces(body, "space")[0, np.linalg.norm(body.mesh.p.T - place, axis=1).argmin()] for place in places
-        ]
+        pulled = fo.Traction("left", "x1", x=1.0)._forces(body, "space")[0]
+        share = [pulled[np.linalg.norm(body.mesh.p.T - place, axis=1).argmin()] for place in places]
     return {tuple(place): width for place, width in zip(places, share, strict=True)}
 
 

@@ -35,14 +35,7 @@ ALLOWED = {  # libraries beyond the standard one, by layer
     "limits": {"numpy", "scipy", "cvxpy", "pandas"},
     "transients": {"numpy", "scipy", "cvxpy", "pandas", "numba", "lazy_loader", "xarray"},  # the last one where a Dataset is asked for
     "histories": {"numpy", "scipy", "pandas", "threadpoolctl"},
-    "plots": {
-        "numpy",
-        "pandas",
-        "skfem",
-        "matplotlib",
-        "mpl_toolkits",
-        "pyvista",
-    },  # mpl_toolkits comes with matplotlib; pyvista where a model is viewed
+    "plots": {"numpy", "pandas", "skfem", "matplotlib", "mpl_toolkits", "pyvista"},  # the last one where a model is viewed
 }
 FILES = sorted(PACKAGE.rglob("*.py"))
 IDS = [str(path.relative_to(PACKAGE)) for path in FILES]

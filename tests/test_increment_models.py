@@ -8,14 +8,7 @@ import frictopt as fo
 from enumeration import admissible_states, distance, random_increment
 from frictopt.contact import SolveRecord
 from frictopt.solve import solvers as policy
-from frictopt.transients.increments import (
-    ExactIncrement,
-    FrozenBoundIncrement,
-    NewtonIncrement,
-    complementarity_problem,
-    increment,
-    programs,
-)
+from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement, NewtonIncrement, complementarity_problem, increment, programs
 from frictopt.transients.increments.increment import Posed
 from frictopt.transients.increments.newton import State, newton
 from liars import lying

@@ -136,9 +136,8 @@ def test_of_a_contact_that_lifts_off_the_closed_nodes_of_a_part_are_asked(tangen
             assert lean.record.left_out[0].startswith("mirror symmetry: the slip is its own image, and nodes that are open under the mean load, ")
             resistance, drive = lean._motion.work(pose(contact, cycle, friction, slip_bound=most))
             assert resistance / drive == pytest.approx(lean.load_factor, rel=1e-7)
-            lean, full = (
-                fo.safe_slip(contact, cycle, friction, 0.5 * lean.load_factor, slip_bound=most, simplify=simplify) for simplify in (True, False)
-            )
+            asked = contact, cycle, friction, 0.5 * lean.load_factor
+            lean, full = (fo.safe_slip(*asked, slip_bound=most, simplify=simplify) for simplify in (True, False))
             assert lean.margin == pytest.approx(full.margin, rel=1e-7, abs=1e-8)
             both += 1
     assert both >= 4

@@ -208,9 +208,7 @@ def test_that_nothing_is_safe_with_all_nodes_closed_is_proven_by_the_program_of_
     claim = fo.ShakedownModel(contact, cycle, solver=solver).of_set(pose(contact, cycle, 0.6))
     motion, (q0, p0), (q1, p1) = claim._motion, contact.closed_reaction(cycle.mean), cycle.corner_reactions(contact)
     assert limit.open.any() and claim.kind is fo.LimitKind.NO_SAFE_SLIP and claim.residual <= 1e-9 and not claim.open.any()
-    work = [
-        float((motion.moves[:, :-1].swapaxes(1, 2) * q).sum() + (motion.moves[:, -1] * p).sum()) for q, p in ((q0, p0), (np.array(q1), np.array(p1)))
-    ]
+    work = [float((motion.moves[:, :-1].swapaxes(1, 2) * q).sum() + (motion.moves[:, -1] * p).sum()) for q, p in ((q0, p0), (q1, p1))]
     assert work[0] < -1e-3 * motion.size.sum() and work[1] <= 1e-7 * motion.size.sum()
     assert np.abs(contact.S[: -contact.nodes] @ motion.moves.sum(axis=0).ravel()).max() <= 1e-7 * motion.size.sum() and motion.opening.min() >= 0
 

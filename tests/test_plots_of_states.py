@@ -76,11 +76,9 @@ def test_numbers_of_small_slips_do_not_run_into_each_other(in_space):
     figure = slipping(replace(contact, S=stiffer * contact.S), loads, **options).plot()[0].figure
     figure.canvas.draw()
     for axes in figure.axes:
-        boxes = [
-            text.get_window_extent()
-            for text in axes.get_xticklabels()
-            if text.get_text() and axes.get_xlim()[0] <= text.get_position()[0] <= axes.get_xlim()[1]
-        ]
+        low, high = axes.get_xlim()
+        texts = [text for text in axes.get_xticklabels() if text.get_text() and low <= text.get_position()[0] <= high]
+        boxes = [text.get_window_extent() for text in texts]
         assert all(one.x1 < next_one.x0 for one, next_one in itertools.pairwise(boxes))
 
 

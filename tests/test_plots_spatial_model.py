@@ -71,10 +71,8 @@ def test_everything_is_inside_and_has_a_name(drawn):
     assert np.all(low < [-4, -4, -3]) and np.all(high > [4, 4, 1.5])
     assert [axes.get_xlabel(), axes.get_ylabel(), axes.get_zlabel()] == [f"${name}$ (length)" for name in "xyz"]
     (legend,) = axes.figure.legends
-    assert [text.get_text() for text in legend.get_texts()] == [
-        *("punch", "block", "contact", "held in x, y, z"),
-        *(f"load {case}" for case in ("P", "Qx", "Qy", "sigma")),
-    ]
+    loads = [f"load {case}" for case in ("P", "Qx", "Qy", "sigma")]
+    assert [text.get_text() for text in legend.get_texts()] == ["punch", "block", "contact", "held in x, y, z", *loads]
 
 
 def test_fields_show_the_von_mises_stress_on_the_surfaces():
@@ -93,9 +91,8 @@ def test_fields_show_the_von_mises_stress_on_the_surfaces():
 
 def test_the_body_in_front_hides_the_other_one():
     found = SCENE.model().recover({"P": 1.0}, np.zeros((25, 2)))
-    axes = replace(
-        found, stress={name: np.full_like(values, 5.0) * np.eye(6)[:, :1] * (name == "punch") for name, values in found.stress.items()}
-    ).plot()
+    stress = {name: np.full_like(values, 5.0) * np.eye(6)[:, :1] * (name == "punch") for name, values in found.stress.items()}
+    axes = replace(found, stress=stress).plot()
     axes.figure.canvas.draw()
     place = proj3d.proj_transform(0.2, 0.2, 1.5, axes.get_proj())[:2]  # on the top of the punch
     x, y = axes.transData.transform(place).astype(int)

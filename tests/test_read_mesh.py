@@ -45,29 +45,15 @@ def test_sets_of_a_deck_become_boundaries_and_subdomains(tmp_path):
 
 RING = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.5, 0, 0], [0.5, 0.5, 0], [0, 0.5, 0], [1, 1, 0], [0.5, 1, 0], [1, 0.5, 0], [0.5, 0.5, 0]])
 SOLID = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [1, 1, 1], [0, 1, 1], [1, 0, 1]], dtype=float)
+CURVED = "*ELEMENT,TYPE=CPE6\n1,1,2,3,4,5,6\n"
 MIXED = [("quad", [[0, 1, 4, 5]]), ("triangle", [[1, 2, 4]])]
 REFUSED = [  # file, points, cells or text of a deck after its nodes, message
     ("a.msh", POINTS, MIXED, "elements of several shapes, quad, triangle; give elements of one shape"),
     ("a.vtk", POINTS, MIXED, "elements of several shapes, quad, triangle; give elements of one shape"),
     ("a.inp", POINTS, "*ELEMENT,TYPE=CPS4\n1,1,2,5,6\n*ELEMENT,TYPE=CPS3\n2,2,3,5\n", "elements of several shapes, quad, triangle"),
-    (
-        "a.vtk",
-        RING,
-        [("triangle6", [[0, 1, 2, 3, 4, 5]]), ("triangle", [[1, 6, 2]])],
-        "elements of several shapes, triangle, triangle6; give elements of one shape",
-    ),
-    (
-        "a.inp",
-        RING,
-        "*ELEMENT,TYPE=CPE6\n1,1,2,3,4,5,6\n*ELEMENT,TYPE=CPE3\n2,2,7,3\n",
-        "mesh a.inp: elements of several shapes, triangle, tri",
-    ),
-    (
-        "a.inp",
-        RING,
-        "*ELEMENT,TYPE=CPE6\n1,1,2,3,4,5,6\n2,2,7,3,9,8,10\n",
-        r"midside node at \(0.5, 0.5, 0\) is on an edge that has another one; merge",
-    ),
+    ("a.vtk", RING, [("triangle6", [[0, 1, 2, 3, 4, 5]]), ("triangle", [[1, 6, 2]])], "elements of several shapes, triangle, triangle6; give elem"),
+    ("a.inp", RING, CURVED + "*ELEMENT,TYPE=CPE3\n2,2,7,3\n", "mesh a.inp: elements of several shapes, triangle, tri"),
+    ("a.inp", RING, CURVED + "2,2,7,3,9,8,10\n", r"midside node at \(0.5, 0.5, 0\) is on an edge that has another one; merge"),
     ("a.vtk", SOLID, [("tetra", [[0, 1, 2, 3]]), ("hexahedron", [[0, 1, 4, 2, 3, 7, 5, 6]])], "elements of several shapes, hexahedron, tetra"),
     ("a.vtk", SOLID, [("triangle", [[0, 1, 3]])], "z varies by 1"),
     ("a.vtk", SOLID, [("line", [[0, 1]])], "no elements"),

@@ -133,9 +133,8 @@ def test_a_curved_region_is_drawn_with_both_polygons():
 
 @pytest.mark.usefixtures("no_figures_stay_open")
 def test_directions_without_a_limit_are_named():
-    contact = fo.ContactSystem.from_blocks(
-        [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0], [1]), "Q": ([1], [0]), "idle": ([0], [0]), "other": ([0], [0])}
-    )
+    loads = {"P": ([0], [1]), "Q": ([1], [0]), "idle": ([0], [0]), "other": ([0], [0])}
+    contact = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
     region = fo.safe_region(contact, {"P": 1.0}, ["idle", "Q"], 0.5)
     assert region.unlimited == ("idle",) and np.allclose(region.vertices, [[np.inf, 0.5]]) and np.allclose(region.sides, [[0.0, 2.0, 1.0]])
     assert region.contains(1e9, 0.49) and not region.contains(0.0, 0.51)

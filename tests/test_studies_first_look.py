@@ -31,11 +31,8 @@ def test_it_prints_the_answers_and_the_command_for_all_figures(tmp_path, capsys)
     assert table["residual"].max() < 1e-9
     for question, value in expected.items():
         assert f"| {question} | {value:.4g} |" in printed
-    assert [line.split("  ")[0] for line in printed.rstrip().splitlines()[-3:]] == [
-        "python -m studies",
-        "python -m studies dissipation --quick",
-        "python -m paper_figures",
-    ]
+    commands = ["python -m studies", "python -m studies dissipation --quick", "python -m paper_figures"]
+    assert [line.split("  ")[0] for line in printed.rstrip().splitlines()[-3:]] == commands
     assert imread(tmp_path / "first_look.png").shape[1] > 1000 and str(tmp_path / "first_look.png") in printed
 
 
