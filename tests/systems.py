@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 import frictopt as fo
+from frictopt.contact.parts import joined, parted
 
 CYCLE = fo.LoadCycle(mean={"mean": 1.0}, corners=[{"cyclic": -1.0}, {"cyclic": 1.0}])
 PULL, SHEAR = (fo.LoadCycle({"P": 1.0}, [{name: -1.0}, {name: 1.0}]) for name in ("sigma", "Q"))
@@ -67,6 +68,12 @@ def explained(answer):
     printed = io.StringIO()
     answer.explain(printed)
     return printed.getvalue()
+
+
+def at_corners(contact, cycle, load_factor, slip):
+    """Reactions q and p at all corners under a slip that keeps all nodes closed, from the stiffness matrix."""
+    bonded = np.array([joined(*contact.closed_reaction(loads)) for loads in cycle.at(load_factor)])
+    return parted(bonded + contact.S @ joined(np.asarray(slip), np.zeros(contact.nodes)), contact.tangents + 1)
 
 
 def stress_of(contact, table, friction):

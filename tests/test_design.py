@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.contact.parts import joined, parted
+from frictopt.contact.parts import joined
 from oracle import TIGHT
 from spatial import cycle as spatial_cycle
 from spatial import random_contact
-from systems import CYCLE, PULL, explained, random_system
+from systems import CYCLE, PULL, at_corners, explained, random_system
 from test_contact_stiffness import collocation, punch
 
 
@@ -62,8 +62,7 @@ def test_random_contacts_have_the_design_of_a_plain_program_and_it_holds(part, t
         anew = [fo.shakedown_limit(design.system, cycle, f).load_factor for cycle, f in design.scenarios]
         assert min(anew) == pytest.approx(design.load_factor, rel=1e-8, abs=1e-8)
         for (cycle, f), slip in zip(design.scenarios, design.slips, strict=True):
-            bonded = np.array([joined(*design.system.closed_reaction(loads)) for loads in cycle.at(design.load_factor)])
-            q, p = parted(bonded + design.system.S @ joined(slip, np.zeros(nodes)), tangents + 1)
+            q, p = at_corners(design.system, cycle, design.load_factor, slip)
             assert (np.linalg.norm(q.reshape(*p.shape, -1), axis=-1) - f * p).max() <= 1e-8
     assert found >= 6
 

@@ -8,7 +8,7 @@ from matplotlib.collections import PathCollection
 from matplotlib.patches import Polygon
 
 import frictopt as fo
-from systems import CYCLE, PULL, linprog_limit, system
+from systems import CYCLE, PULL, at_corners, linprog_limit, system
 from test_plots import ALL, FIVE, JOINT, PAIR, F, check_mechanism, check_ratio, joined, labelled, parts
 
 pytestmark = pytest.mark.usefixtures("no_figures_stay_open")
@@ -113,20 +113,13 @@ def test_a_design_is_drawn_with_its_profile_and_its_shear_over_the_friction_boun
     (drawn,) = [line for line in profile.get_lines() if len(line.get_xdata()) == 5]
     assert np.array_equal(drawn.get_xdata(), PUNCH.x) and np.allclose(drawn.get_ydata(), 0.01 * PUNCH.x**2)
     assert f"{design.load_factor:.5g}" in ratio.get_title() and "Q +0.1" in ratio.get_title()
-    q, p = fo.shakedown_limit(design.system, design.cycle, F).system.closed_reaction(design.cycle.at(design.load_factor)[1])
-    q, p = q + PUNCH.A @ design.slip, p + PUNCH.B @ design.slip
-    assert np.allclose(joined(ratio, PULL.corner_names[1])[1], q / (F * p), atol=1e-8)
+    q, p = at_corners(design.system, design.cycle, design.load_factor, design.slip)
+    assert np.allclose(joined(ratio, PULL.corner_names[1])[1], q[1] / (F * p[1]), atol=1e-8)
     bolts = fo.DesignModel(PUNCH, PULL, preloads=["Q", "P"])
     assert bolts.solve(F, [bolts.preload == 0.1]).plot().get_ylabel() == "$q / (f p)$"
     pad = fo.ContactSystem(np.eye(6), [[0, 0, 0], [1, 0, 0]], {"P": [0, 0, 0, 0, 1, 1], "X": [1, 1, 0, 0, 0, 0]})
     solid = fo.DesignModel(pad, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), preloads=["P"])
     assert "P +0.1" in solid.solve(F, [solid.preload == 0.1]).plot().get_title()
-
-
-def at_corners(contact, cycle, factor, slip):
-    """(K, N) reactions at the corners under a slip, from the stiffness matrix."""
-    q, p = np.array([contact.reaction(load) for load in cycle.at(factor)]).swapaxes(0, 1)
-    return q + contact.A @ slip, p + contact.B @ slip
 
 
 @ALL

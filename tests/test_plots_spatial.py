@@ -8,8 +8,8 @@ from matplotlib.collections import TriMesh
 from matplotlib.quiver import Quiver
 
 import frictopt as fo
-from frictopt.contact.parts import joined
 from spatial import cycle, random_contact
+from systems import at_corners
 
 pytestmark = pytest.mark.usefixtures("no_figures_stay_open")
 
@@ -54,10 +54,9 @@ def check_face(ax, contact, axes, values, slip):
 
 
 def reaction(contact, loads, factor, corner, slip):
-    """Reactions of the closed contact, from its stiffness matrix."""
-    r = joined(*contact.reaction(loads.at(factor)[corner])) + contact.S @ np.r_[slip[:, 0], slip[:, 1], np.zeros(len(slip))]
-    q1, q2, p = np.split(r, 3)
-    return np.hypot(q1, q2), p
+    """Sizes of the shear and pressures of the closed contact at a corner."""
+    q, p = at_corners(contact, loads, factor, slip)
+    return np.linalg.norm(q[corner], axis=1), p[corner]
 
 
 @ALL

@@ -7,7 +7,7 @@ from frictopt.solve import solvers as policy
 from liars import lying, sloppy
 from spatial import cycle as space_cycle
 from spatial import random_contact
-from systems import CYCLE, explained, linprog_limit, random_system, stress_of
+from systems import CYCLE, at_corners, explained, linprog_limit, random_system, stress_of
 
 
 def test_refinement_restores_an_answer_that_a_solver_leaves_inaccurate(punch, paper_cycle, monkeypatch):
@@ -38,8 +38,7 @@ def test_many_corners_take_memory_for_their_loads_alone():
     cycle = fo.LoadCycle({"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in rng.normal(size=(100_000, 2))])
     limit = fo.shakedown_limit(contact, cycle, 0.4, simplify=False)
     assert sum(constraint.size for constraint in limit.problem.constraints) == 7
-    (q0, p0), (q1, p1) = cycle.mean_reaction(contact), cycle.corner_reactions(contact)
-    q, p = q0 + limit.load_factor * q1 + contact.A @ limit.slip, p0 + limit.load_factor * p1 + contact.B @ limit.slip
+    q, p = at_corners(contact, cycle, limit.load_factor, limit.slip)
     assert (0.4 * p - np.abs(q)).min() == pytest.approx(0.0, abs=1e-9)
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.contact.parts import joined
 from frictopt.transients import steady as asked
 from spatial import cycle, random_contact, single
+from systems import at_corners
 
 # Two nodes of a body that nothing but friction holds: stiffness of the slip between them and of their gaps.
 FREE = [
@@ -224,8 +224,7 @@ def test_work_that_dies_out_slowly_is_rest_however_close_the_limit(seed, ratio):
     start = 0.5 * rng.normal(size=(nodes, 2))
     steady = fo.steady_state(*asked, initial_slip=start, steps=2)
     assert steady.outcome is fo.Outcome.SHAKEDOWN and steady.dissipation == 0
-    for corner in loads.at(asked[3]):
-        q1, q2, p = (joined(*contact.reaction(corner)) + contact.S @ np.r_[steady.slip.T.ravel(), np.zeros(nodes)]).reshape(3, nodes)
-        assert (np.hypot(q1, q2) <= 0.5 * p + 1e-9).all()
+    q, p = at_corners(contact, loads, asked[3], steady.slip)
+    assert (np.linalg.norm(q, axis=2) <= 0.5 * p + 1e-9).all()
     works = fo.march(*asked, cycles=600, initial_slip=start, steps=2).cycle_work.sum(axis=1)
     assert (np.diff(works) <= 1e-14).all() and works[-1] < 1e-6 * works[0]

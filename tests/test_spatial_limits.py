@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.contact.parts import joined
 from frictopt.reference import smallest_circle_limit
 from spatial import cycle, random_contact, single, vectors
 from studies.validation.polygons import polygon_limit
+from systems import at_corners
 
 
 def uncoupled(rng, nodes, corners):
@@ -98,9 +98,8 @@ def test_safe_slips_end_at_the_limit_and_its_slip_carries_no_more(seed):
     below, above = (fo.safe_slip(contact, cycle(), 0.5, limit.load_factor * factor) for factor in (1 - 1e-6, 1 + 1e-6))
     assert below.exists and not above.exists and below.margin > 0 > above.margin
     assert fo.safe_slip(contact, cycle(), 0.5, limit.load_factor).exists
-    for corner in cycle().at(limit.load_factor):  # its slip is within all circles but for rounding, where solvers leave 1e-12 and more
-        q1, q2, p = (joined(*contact.reaction(corner)) + contact.S @ joined(limit.slip, np.zeros(6))).reshape(3, 6)
-        assert (np.hypot(q1, q2) - 0.5 * p).max() < 1e-14
+    q, p = at_corners(contact, cycle(), limit.load_factor, limit.slip)
+    assert (np.linalg.norm(q, axis=2) - 0.5 * p).max() < 1e-14  # within all circles but for rounding, where solvers leave 1e-12 and more
     march = fo.march(contact, cycle(), 0.5, limit.load_factor, cycles=2, initial_slip=limit.slip, steps=2)
     assert march.cycle_work.sum() < 1e-15
 
