@@ -137,39 +137,24 @@ def test_a_reader_that_stops_early_hears_no_complaint_and_has_its_files(argument
     assert (done.returncode, done.stderr) == (141, "") and all(Path(file).exists() for file in arguments[-1:] if file.endswith(".csv"))
 
 
+ON_TOP = ["--contact", "N_TOP", "N_TOP", "--load"]
 BAD = {
     "no file": (["look", "none.npz"], 4, "there is no file 'none.npz'; give its path"),
     "no history": ([*LIMIT, "--history", "none.csv"], 4, "there is no file 'none.csv'; give its path"),
     "no npz": (["look", str(FLAT.with_suffix(".sti"))], 2, "is not a contact system (File is not a zip file)"),
     "picture of a job": (["look", str(FLAT), "--picture", "job.png"], 2, "--picture: 'job.png' of a job; condense it"),
     "tolerance of corners": ([*LIMIT, *CORNERS, "--tolerance", "0"], 2, "--tolerance: 0; corners have no noise"),
-    "numbers of a load": (
-        ["condense", str(FLAT), "x.npz", "--contact", "N_TOP", "N_TOP", "--load", "P=N_TOP:traction=1"],
-        2,
-        "--load P=N_TOP:traction=1: ",
-    ),
-    "numbers of a pressure": (
-        ["condense", str(FLAT), "x.npz", "--contact", "N_TOP", "N_TOP", "--load", "P=N_TOP:pressure=1,2"],
-        2,
-        "pressure: [1.0, 2.0] is not one real number",
-    ),
+    "numbers of a load": (["condense", str(FLAT), "x.npz", *ON_TOP, "P=N_TOP:traction=1"], 2, "--load P=N_TOP:traction=1: "),
+    "numbers of a pressure": (["condense", str(FLAT), "x.npz", *ON_TOP, "P=N_TOP:pressure=1,2"], 2, "pressure: [1.0, 2.0] is not one real number"),
     "semicolons": ([*LIMIT, "--history", "semicolons.csv"], 2, "has semicolons between its columns"),
-    "system": (
-        ["condense", str(FLAT), "x.csv", "--contact", "N_TOP", "N_TOP", "--load", "P=N_TOP:pressure=1"],
-        2,
-        "'x.csv'; give a file that ends in .npz",
-    ),
+    "system": (["condense", str(FLAT), "x.csv", *ON_TOP, "P=N_TOP:pressure=1"], 2, "'x.csv'; give a file that ends in .npz"),
     "no job": (["look", "none.inp"], 4, "there is no file 'none.inp'; give its path"),
-    "no job to condense": (["condense", "none.inp", "x.npz", "--contact", "A", "B", "--load", "P=A:pressure=1"], 4, "there is no file 'none.inp'"),
+    "no job to condense": (["condense", "none.inp", "x.npz", *ON_TOP, "P=N_TOP:pressure=1"], 4, "there is no file 'none.inp'"),
     "load case": ([*LIMIT, "--corners", "other=1"], 2, "load case 'other': unknown"),
     "history": ([*LIMIT, "--history", "system.npz"], 2, "give a file that ends in"),
-    "load": (["condense", str(FLAT), "x.npz", "--contact", "N_TOP", "N_TOP", "--load", "P=N_TOP"], 2, "--load: 'P=N_TOP'"),
+    "load": (["condense", str(FLAT), "x.npz", *ON_TOP, "P=N_TOP"], 2, "--load: 'P=N_TOP'"),
     "no study": (["study", "none.toml"], 4, "there is no file 'none.toml'; give its path"),
-    "a job that was not run": (
-        ["condense", "idle", "x.npz", "--contact", "A", "B", "--load", "P=A:pressure=1"],
-        4,
-        "there is no 'idle.sti'; CalculiX",
-    ),
+    "a job that was not run": (["condense", "idle", "x.npz", *ON_TOP, "P=N_TOP:pressure=1"], 4, "there is no 'idle.sti'; CalculiX"),
     "no TOML": (["study", "system.npz"], 2, "give a file in TOML"),
     "table": ([*LIMIT, *CORNERS, "--table", "limit.doc"], 2, "'limit.doc'; give a file that ends in"),
     "picture": ([*LIMIT, *CORNERS, "--picture", "nowhere/limit.png"], 2, "'nowhere/limit.png' is in no folder"),

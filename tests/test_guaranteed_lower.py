@@ -42,23 +42,19 @@ def least_by_enumeration(contact, cycle, friction):
         status = np.array(choice).reshape(corners, n)
         if not returning(status):
             continue
-        zero, high, zero_at, high_at = [], [], [], []
+        zero, high = [], []  # rows and their right sides
         for k in range(corners):
             for i in range(n):
                 q, p, moved, w = reaction[k, i], reaction[k, n + i], motion[k, i], motion[k, n + i]
                 q0, p0, s = mean[i], mean[n + i], int(status[k, i])
                 if s == OPEN:
-                    zero += [q, p]
-                    zero_at += [-q0, -p0]
-                    high += [-w]
-                    high_at += [0.0]
+                    zero += [(q, -q0), (p, -p0)]
+                    high += [(-w, 0.0)]
                     continue
-                zero += [w] + [moved] * (s == STICK) + [q + s * f[i] * p] * (s != STICK)
-                zero_at += [0.0] + [0.0] * (s == STICK) + [-q0 - s * f[i] * p0] * (s != STICK)
-                high += [-p, q - f[i] * p, -q - f[i] * p] + [-s * moved] * (s != STICK)
-                high_at += [p0, f[i] * p0 - q0, f[i] * p0 + q0] + [0.0] * (s != STICK)
+                zero += [(w, 0.0), (moved, 0.0) if s == STICK else (q + s * f[i] * p, -q0 - s * f[i] * p0)]
+                high += [(-p, p0), (q - f[i] * p, f[i] * p0 - q0), (-q - f[i] * p, f[i] * p0 + q0), *[(-s * moved, 0.0)] * (s != STICK)]
         bounds = [(None, None)] * (width - 1) + [(0, None)]
-        answer = linprog(np.eye(width)[-1], np.array(high), high_at, np.array(zero), zero_at, bounds)
+        answer = linprog(np.eye(width)[-1], *(np.array(part) for rows in (high, zero) for part in zip(*rows, strict=True)), bounds)
         if answer.status == 0:
             least = min(least, answer.x[-1])
     return least

@@ -1,5 +1,7 @@
 """The derivative of a cycle against differences."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -12,10 +14,7 @@ from systems import CYCLE, random_system, system
 STEP = 1e-8
 
 
-def at_last_corner(contact, cycle, friction, load_factor, start):
-    """A path that has followed one cycle from a slip."""
-    path = followed(contact, cycle, friction, load_factor, start, cycles=1)
-    return path
+at_last_corner = partial(followed, cycles=1)  # a path from a slip
 
 
 def after_a_cycle(path):

@@ -57,29 +57,27 @@ def test_a_node_that_is_assembled_slips_by_what_friction_lacks():
     assert fo.starts.assembled_slip(node, loads, 2.0) == pytest.approx(np.zeros((1, 2)))
 
 
+def in_both(ask, *given, **options):
+    """What the contact answers in the plane, and in space by increments."""
+    return ask(PAIR, *given, **options), ask(SOLID, *given, **options, steps=2)
+
+
 @pytest.mark.parametrize(("start", "steps"), [("worst", ()), ("worst", [LoadStep({"mean": 0.2})]), ("assembled", ())])
 def test_limits_after_protocols_are_those_of_the_plane(start, steps):
-    plane, space = (
-        fo.limit_after_protocol(contact, CYCLE, 0.6, start=start, protocol=steps, scan=2, tolerance=0.05, **options)
-        for contact, options in ((PAIR, {}), (SOLID, {"steps": 2}))
-    )
+    plane, space = in_both(fo.limit_after_protocol, CYCLE, 0.6, start=start, protocol=steps, scan=2, tolerance=0.05)
     assert space.load_factor == pytest.approx(plane.load_factor, abs=0.06 * plane.shakedown_limit)
     assert space.starts.shape[1:] == (2, 2) and space.residual <= 1e-9
 
 
 def test_the_least_excursion_is_that_of_the_plane():
-    plane, space = (
-        fo.least_excursion(contact, CYCLE, 0.6, 0.6, excursion={"mean": -0.95}, samples=2, scan=4, tolerance=0.1, **options)
-        for contact, options in ((PAIR, {}), (SOLID, {"steps": 2}))
-    )
+    plane, space = in_both(fo.least_excursion, CYCLE, 0.6, 0.6, excursion={"mean": -0.95}, samples=2, scan=4, tolerance=0.1)
     assert 0 < space.share < 1 and space.share == pytest.approx(plane.share, abs=0.11) and space.sampled == 2
 
 
 def test_the_range_is_that_of_the_plane():
     """In the plane by the exact path and by increments, and in space, where slips across the plane have no part in the least and the most work."""
-    plane, steps, space = (
-        fo.dissipation_range(contact, CYCLE, 0.6, 0.65, **options) for contact, options in ((PAIR, {}), (PAIR, {"steps": 6}), (SOLID, {"steps": 6}))
-    )
+    asked = CYCLE, 0.6, 0.65
+    plane, steps, space = (fo.dissipation_range(s, *asked, **how) for s, how in ((PAIR, {}), (PAIR, {"steps": 6}), (SOLID, {"steps": 6})))
     for found in (steps, space):
         assert found.most == pytest.approx(plane.most, rel=0.03) and found.least == plane.least == 0.0
         assert 0 < found.most_state.step_error < 0.1 and found.residual <= 1e-9
