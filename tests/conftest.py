@@ -77,6 +77,14 @@ def cube(tmp_path_factory):
 
 
 @pytest.fixture
+def followed(monkeypatch):
+    """The load factors of the runs of studies that are followed from now on."""
+    seen = []
+    monkeypatch.setattr("frictopt.histories.run.steady_state", lambda *args, **options: seen.append(args[3]) or fo.steady_state(*args, **options))
+    return seen
+
+
+@pytest.fixture
 def no_figures_stay_open():
     yield
     plt.close("all")

@@ -16,6 +16,8 @@ SEEDS = st.integers(0, 10**6)
 # Two coupled pairs for `system`: with f = 0.6 and 0.4 their guaranteed limits are well below their shakedown limits.
 FIRST_PAIR = (np.array([[1, -0.4], [-0.4, 1]]), np.array([[-0.1, -0.7], [0.7, 0.1]]), 0, 1, (0.8, 0.8), (0.4, 0.1))
 SECOND_PAIR = (np.array([[1, -0.6], [-0.6, 1]]), np.array([[-0.5, -0.4], [0.4, 0.5]]), 0, 1, (0.4, -0.4), (0.1, -0.1))
+# One node that two load cases press and one shears.
+NODE = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
 # One coupled node, and three without coupling.
 ONE_NODE = (2.0, 0.5, 0.1, 1.0, 1.0, 0.2)
 THREE = ([[2, -1, 0], [-1, 2, -1], [0, -1, 2]], np.zeros((3, 3)), (0.05, 0, -0.1), (1, 0.8, 1.2), (0.5, 0.3, -0.2), (0.1, -0.2, 0.9))

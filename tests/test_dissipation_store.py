@@ -50,14 +50,6 @@ def file(tmp_path, undisturbed):
     return tmp_path / "runs.sqlite"
 
 
-@pytest.fixture
-def followed(monkeypatch):
-    """The load factors of the runs that are followed from now on."""
-    seen = []
-    monkeypatch.setattr(run, "steady_state", lambda *args, **options: seen.append(args[3]) or fo.steady_state(*args, **options))
-    return seen
-
-
 def same(table, other):
     pd.testing.assert_frame_equal(table.drop(columns="seconds"), other.drop(columns="seconds"), check_exact=True)
 

@@ -110,9 +110,8 @@ def test_a_safe_slip_that_no_solver_finds_is_a_row_and_the_others_go_on(contact,
     assert table.load_ratio.isna().all()
 
 
-def test_a_study_started_again_runs_only_what_is_missing(contact, factors, starts, table, tmp_path, monkeypatch):
-    store, followed = tmp_path / "runs.sqlite", []
-    monkeypatch.setattr(run, "steady_state", lambda *args, **options: followed.append(args) or fo.steady_state(*args, **options))
+def test_a_study_started_again_runs_only_what_is_missing(contact, factors, starts, table, tmp_path, followed):
+    store = tmp_path / "runs.sqlite"
 
     def study(**changes):
         followed.clear()
@@ -131,9 +130,7 @@ def test_a_study_started_again_runs_only_what_is_missing(contact, factors, start
         assert len(followed) == len(factors)
 
 
-def test_equal_runs_are_followed_once(contact, factors, monkeypatch):
-    followed = []
-    monkeypatch.setattr(run, "steady_state", lambda *args, **options: followed.append(args) or fo.steady_state(*args, **options))
+def test_equal_runs_are_followed_once(contact, factors, followed):
     twins = [Start("a", "one", slip=np.ones(4)), Start("b", "other", slip=np.ones(4))]
     table = fo.dissipation_study(contact, CYCLE, 0.4, factors[:1], twins)
     assert len(followed) == 1 and table.start.tolist() == ["one", "other"] and table.dissipation.nunique() == 1

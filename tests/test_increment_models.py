@@ -14,6 +14,8 @@ from frictopt.transients.increments.newton import State, newton
 from liars import lying
 from systems import explained, random_system, system
 
+CONTACT, FRICTION, SLIP, LOAD = random_increment(np.random.default_rng(3), 3, 0.6)
+
 
 def names(problem):
     return {variable.name() for variable in problem.variables()}, {parameter.name() for parameter in problem.parameters()}
@@ -32,23 +34,21 @@ def test_problems_are_dpp_and_named():
 
 
 def test_the_solution_stands_in_the_problem():
-    contact, friction, slip, load = random_increment(np.random.default_rng(3), 3, 0.6)
-    length = np.abs(load[1]).mean() / contact.stiffness_scale
-    found = ExactIncrement(contact, friction).solve(slip, load)
-    assert slip + length * found.problem.var_dict["slip_increment"].value == pytest.approx(found.slip, abs=1e-5)
+    length = np.abs(LOAD[1]).mean() / CONTACT.stiffness_scale
+    found = ExactIncrement(CONTACT, FRICTION).solve(SLIP, LOAD)
+    assert SLIP + length * found.problem.var_dict["slip_increment"].value == pytest.approx(found.slip, abs=1e-5)
     assert (found.problem.var_dict["opened"].value > 0.5).tolist() == (found.status == 2).tolist()
-    sweep = FrozenBoundIncrement(contact, friction).solve(slip, load).problem
-    trial, S = sweep.param_dict["trial_reaction"].value, contact.S / contact.stiffness_scale
+    sweep = FrozenBoundIncrement(CONTACT, FRICTION).solve(SLIP, LOAD).problem
+    trial, S = sweep.param_dict["trial_reaction"].value, CONTACT.S / CONTACT.stiffness_scale
     q, p = np.split(trial + S @ np.r_[sweep.var_dict["slip_increment"].value, sweep.var_dict["gap"].value], 2)
     assert (np.abs(q) <= sweep.param_dict["friction_bound"].value + 1e-6).all() and p.min() > -1e-6
 
 
 def test_the_next_solver_answers_where_one_fails(monkeypatch):
-    contact, friction, slip, load = random_increment(np.random.default_rng(3), 3, 0.6)
     lying(monkeypatch, lambda _, name: "stopped" if name == "CLARABEL_DIRECT" else None)
-    found = FrozenBoundIncrement(contact, friction).solve(slip, load)
+    found = FrozenBoundIncrement(CONTACT, FRICTION).solve(SLIP, LOAD)
     assert found.record.solver == "CLARABEL" and [attempt.solver for attempt in found.record.attempts[:2]] == ["CLARABEL_DIRECT", "CLARABEL"]
-    assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
+    assert distance(admissible_states(CONTACT, FRICTION, SLIP, LOAD), found) < 1e-9
 
 
 def test_sweeps_converge_to_the_state_and_too_few_say_so(monkeypatch):
@@ -73,8 +73,6 @@ def test_slip_along_its_friction_is_no_state():
 
 
 def test_booleans_are_not_believed_before_the_referee(monkeypatch):
-    contact, friction, slip, load = random_increment(np.random.default_rng(3), 3, 0.6)
-
     def wrong(problem, name):
         if "opened" in problem.var_dict:
             for boolean in ("forward", "backward", "opened"):
@@ -84,23 +82,21 @@ def test_booleans_are_not_believed_before_the_referee(monkeypatch):
     lying(monkeypatch, wrong)
     monkeypatch.setattr(increment, "_CORRECTIONS", 0)
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
-        ExactIncrement(contact, friction).solve(slip, load)
+        ExactIncrement(CONTACT, FRICTION).solve(SLIP, LOAD)
 
 
 def test_a_claim_that_there_is_no_state_is_checked(monkeypatch):
-    contact, friction, slip, load = random_increment(np.random.default_rng(3), 3, 0.6)
     asked = []
     lying(monkeypatch, lambda _, name: asked.append(name) or ("infeasible" if name.startswith("HIGHS") else None))
     with pytest.raises(fo.SolverError, match="but Newton's method does"):
-        ExactIncrement(contact, friction).solve(slip, load)
+        ExactIncrement(CONTACT, FRICTION).solve(SLIP, LOAD)
     assert [name for name in asked if name.startswith("HIGHS")] == list(policy.MILP_SOLVERS)
 
 
 def test_a_solver_that_stops_is_no_proof(monkeypatch):
-    contact, friction, slip, load = random_increment(np.random.default_rng(3), 3, 0.6)
     monkeypatch.setattr(policy, "_run", lambda problem, name: "stopped")
     with pytest.raises(fo.SolverError, match=r"mixed-integer program: no answer.*stopped"):
-        ExactIncrement(contact, friction).solve(slip, load)
+        ExactIncrement(CONTACT, FRICTION).solve(SLIP, LOAD)
 
 
 @pytest.mark.parametrize("push", [1.5, 15.0])
@@ -149,17 +145,16 @@ def test_complementarity_matrix_is_the_law():
 
 
 def test_explain():
-    contact, friction, slip, load = random_increment(np.random.default_rng(3), 3, 0.6)
-    frozen, exact = FrozenBoundIncrement(contact, friction), ExactIncrement(contact, friction)
-    said = explained(frozen.solve(slip, load))
+    frozen, exact = FrozenBoundIncrement(CONTACT, FRICTION), ExactIncrement(CONTACT, FRICTION)
+    said = explained(frozen.solve(SLIP, LOAD))
     assert all(
         part in said for part in ("frozen bound", "optimal", "friction_bound", "no_overlap", "(DPP) yes", "slip_increment", ", unit ", "rows bind")
     )
-    said = explained(exact.solve(slip, load))
+    said = explained(exact.solve(SLIP, LOAD))
     assert all(part in said for part in ("mixed-integer", "optimal", "boolean", "largest", "no_force_across_a_gap", "one_status", "rows bind"))
-    posed = complementarity_problem(contact, friction, slip, load)
+    posed = complementarity_problem(CONTACT, FRICTION, SLIP, LOAD)
     assert all(part in str(posed.problem) for part in ("forward_bound", "no_tension"))
-    assert NewtonIncrement(contact, friction).solve(slip, load).problem is None
+    assert NewtonIncrement(CONTACT, FRICTION).solve(SLIP, LOAD).problem is None
 
 
 def test_cvxpy_is_asked_with_every_option_accepted():

@@ -12,7 +12,7 @@ from frictopt.limits.answered import Mechanism
 from frictopt.limits.friction_bounds import safe_set
 from frictopt.limits.judge import judged
 from frictopt.limits.question import pose
-from systems import CYCLE, SEEDS, explained, linprog_limit, on_both_bounds, random_system
+from systems import CYCLE, NODE, SEEDS, explained, linprog_limit, on_both_bounds, random_system
 
 Z = [0.0, 0.0]
 PRESSING = fo.LoadCycle({"P": 1.0}, [{"N": 1.0, "Q": 1.0}, {"N": 1.0, "Q": -1.0}])
@@ -21,7 +21,6 @@ GAPED = {**PULLED, "P": (Z, [0.2, 1.0])}
 # Node 0 sticks if 0.1 lam <= 0.5 (lam - 1), node 1 if 0.3 lam <= 0.5; the second contact is the same by a gap that the mean load does not close.
 TWO = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], PULLED)
 GAP = TWO.with_bonded(GAPED).with_gap([1.2, 0.0])
-ONE = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
 PULL = fo.LoadCycle({"P": -1.0}, [{"N": 1.0, "Q": 0.1}, {"N": 1.0, "Q": -0.1}])
 
 
@@ -54,7 +53,7 @@ def test_two_uncoupled_nodes_by_hand(contact, simplify):
 
 @pytest.mark.parametrize("solver", [None, "HIGHS", "CLARABEL", "HIGHS_IPM"])
 def test_one_node_without_a_largest_load_factor(solver):
-    limit = fo.shakedown_limit(ONE, PULL, 0.5, solver=solver)  # 0.1 lam <= 0.5 (lam - 1)
+    limit = fo.shakedown_limit(NODE, PULL, 0.5, solver=solver)  # 0.1 lam <= 0.5 (lam - 1)
     assert limit.kind is fo.LimitKind.UNBOUNDED and limit.least == pytest.approx(1.25, rel=1e-9) and limit.residual <= 1e-9
     assert limit.reason.startswith(
         "the shakedown limit is infinite: every load factor from 1.25 on has a safe residual slip; at no node does the cyclic"
@@ -137,7 +136,7 @@ def test_shakedown_of_an_uncoupled_contact_is_a_theorem_within_the_interval(cont
     check = limit.verify(starts=20, moved=0)
     runs = check.runs
     assert check.dies_out and check.persists and set(runs.loc[runs["share"] < 1, "load_factor"].round(6)) == {1.258333, 1.658333}
-    endless = fo.guaranteed_limit(ONE, PULL, 0.5)
+    endless = fo.guaranteed_limit(NODE, PULL, 0.5)
     assert endless.proven and endless.least == pytest.approx(1.25) and endless.load_factor == np.inf and "from 1.25 on" in endless.reason
 
 

@@ -11,7 +11,7 @@ import frictopt as fo
 from frictopt.limits.required_friction import best_pressed
 from spatial import cycle as spatial_cycle
 from spatial import random_contact
-from systems import CYCLE, SEEDS, corner_rows, random_system, stress_of, system
+from systems import CYCLE, NODE, SEEDS, corner_rows, random_system, stress_of, system
 from test_fixed_part import fixed_contact
 from test_open_nodes import open_contact
 
@@ -213,13 +213,21 @@ def test_too_little_friction_is_proven_where_a_node_has_a_small_part_of_the_marg
 
 def test_where_the_mean_load_pulls_more_load_needs_less_friction():
     """A node pulled by 1 and pressed by lam at corners that shear it by +-0.6 lam needs f (lam - 1) >= 0.6 lam; its least safe load factor agrees."""
-    node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     cycle = fo.LoadCycle({"P": -1.0}, [{"N": 1.0, "Q": 0.6}, {"N": 1.0, "Q": -0.6}])
-    required = [fo.required_friction(node, cycle, load_factor) for load_factor in (0.5, 2.0, 5.0)]
+    required = [fo.required_friction(NODE, cycle, load_factor) for load_factor in (0.5, 2.0, 5.0)]
     assert [each.required for each in required] == pytest.approx([np.inf, 1.2, 0.75], rel=1e-6)
     for each in required[1:]:
-        least = fo.shakedown_limit(node, cycle, each.required).least
-        assert least == pytest.approx(each.load_factor, rel=1e-4) and fo.shakedown_limit(node, cycle, each.bound).least > each.load_factor
+        least = fo.shakedown_limit(NODE, cycle, each.required).least
+        assert least == pytest.approx(each.load_factor, rel=1e-4) and fo.shakedown_limit(NODE, cycle, each.bound).least > each.load_factor
+
+
+def by_slips(S, loads, node, slips):
+    """Least friction under loads (K, 4) of one of two nodes, of which the other one is open, by trying all slips."""
+    own, other = [node, node + 2], [1 - node, 3 - node]
+    take = S[own][:, other] @ np.linalg.inv(S[other][:, other])
+    moved = np.multiply.outer(S[own, node] - take @ S[other, node], slips)
+    q, p = (loads[:, own] - loads[:, other] @ take.T).T[:, None] + moved[..., None]
+    return np.where(p > 0, np.abs(q) / p, np.inf).max(axis=1).min()
 
 
 def test_less_friction_is_enough_with_the_node_that_it_leaves_open():
@@ -229,11 +237,8 @@ def test_less_friction_is_enough_with_the_node_that_it_leaves_open():
     contact = fo.ContactSystem(S, [[0, 0], [1, 0]], {"P": mean} | {str(k): r for k, r in enumerate(corners)}, gap=[0.0, 1.2])
     cycle = fo.LoadCycle({"P": 1.0}, [{"0": 1.0}, {"1": 1.0}, {"2": 1.0}])
     required = fo.required_friction(contact, cycle, 0.2)
-    take = S[[0, 2]][:, [1, 3]] @ np.linalg.inv(S[[1, 3]][:, [1, 3]])
-    r = (mean + 0.2 * corners) @ np.c_[[1, -take[0, 0], 0, -take[0, 1]], [0, -take[1, 0], 1, -take[1, 1]]]
-    q, p = r.T[:, None] + np.multiply.outer(S[[0, 2], 0] - take @ S[[1, 3], 0], np.linspace(-1, 1, 200_001))[..., None]
-    ratio = np.where(p > 0, np.abs(q) / p, np.inf).max(axis=1)
-    assert required.required == pytest.approx(ratio.min(), rel=1e-4) and required.open.tolist() == [False, True]
+    assert required.required == pytest.approx(by_slips(S, mean + 0.2 * corners, 0, np.linspace(-1, 1, 200_001)), rel=1e-4)
+    assert required.open.tolist() == [False, True]
     assert required.reason == "no residual slip is safe with a little less: see the mechanism"
     opened, pressed = (fo.shakedown_limit(contact, cycle, f) for f in (0.25, 0.3))
     assert pressed.load_factor < 0.1 * opened.load_factor < 0.1 * fo.separated_limit(contact, cycle, 0.3).load_factor
@@ -246,12 +251,8 @@ def test_less_friction_is_enough_with_a_node_that_is_pressed_until_it_slips():
     mean, corners = np.array([1.53, 0.36, 0.29, 0.08]), np.array([[-0.76, 1.11, 0.61, -0.2], [-0.69, 0.35, 0.71, 0.42]])
     contact = fo.ContactSystem(S, [[0, 0], [1, 0]], {"P": mean} | {str(k): r for k, r in enumerate(corners)})
     required = fo.required_friction(contact, fo.LoadCycle({"P": 1.0}, [{"0": 1.0}, {"1": 1.0}]), 0.05)
-    take = S[[1, 3]][:, [0, 2]] @ np.linalg.inv(S[[0, 2]][:, [0, 2]])
-    loads = mean + 0.05 * corners
-    slips = np.multiply.outer(S[[1, 3], 1] - take @ S[[0, 2], 1], np.linspace(-4, 4, 800_001))
-    q, p = (loads[:, [1, 3]] - loads[:, [0, 2]] @ take.T).T[:, None] + slips[..., None]
-    ratio = np.where(p > 0, np.abs(q) / p, np.inf).max(axis=1)
-    assert required.required == pytest.approx(ratio.min(), rel=1e-3) and required.open.tolist() == [True, False]
+    assert required.required == pytest.approx(by_slips(S, mean + 0.05 * corners, 1, np.linspace(-4, 4, 800_001)), rel=1e-3)
+    assert required.open.tolist() == [True, False]
     assert required.reason == "no residual slip is safe with a little less: see the mechanism"
 
 

@@ -11,7 +11,7 @@ import frictopt as fo
 from refused import refused
 from spatial import random_contact
 from studies.validation.polygons import polygon_limit
-from systems import lifts, linprog_limit, random_system, stress_of
+from systems import NODE, lifts, linprog_limit, random_system, stress_of
 from test_open_nodes import open_in_space
 
 MEAN = {"mean": 1.0}
@@ -194,9 +194,8 @@ def test_a_side_that_misses_its_vertices_is_no_answer(monkeypatch):
 
 def test_the_mean_load_is_in_each_domain_so_that_it_is_safe_where_anything_is():
     """Corners that only press do not help a mean load that pulls: the loads come back to it."""
-    node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
-    region = fo.safe_region(node, {"P": -1.0}, [[{"N": 2.0}], "Q"], 0.5)
+    region = fo.safe_region(NODE, {"P": -1.0}, [[{"N": 2.0}], "Q"], 0.5)
     assert not len(region.vertices) and "the mean load pulls the bodies apart" in region.reason
-    assert fo.shakedown_limit(node, fo.LoadCycle({"P": -1.0}, [{"N": 2.0}]), 0.5).least == pytest.approx(0.5)
-    for domain in (region.cycle(1.0, 1.0), fo.safe_region(node, {"P": 1.0}, [[{"N": 2.0}], "Q"], 0.5).cycle(0.3, 0.1)):
-        assert not fo.shakedown_limit(node, domain, 0.5).least > 0
+    assert fo.shakedown_limit(NODE, fo.LoadCycle({"P": -1.0}, [{"N": 2.0}]), 0.5).least == pytest.approx(0.5)
+    for domain in (region.cycle(1.0, 1.0), fo.safe_region(NODE, {"P": 1.0}, [[{"N": 2.0}], "Q"], 0.5).cycle(0.3, 0.1)):
+        assert not fo.shakedown_limit(NODE, domain, 0.5).least > 0

@@ -13,7 +13,7 @@ from frictopt.limits.question import pose
 from frictopt.limits.separated_sets import open_set_limit
 from separation import pulled_system, resting_starts, rests
 from studies.validation.open_patterns import every_pattern, largest_with_open
-from systems import CYCLE, explained, system
+from systems import CYCLE, NODE, explained, system
 
 ROUNDED = [  # elements, rounding, open nodes at each side, limit with them open
     (24, 20.0, 4, 0.7821287715),
@@ -163,16 +163,15 @@ def test_nodes_that_only_the_corners_press_rest_in_an_interval(shear):
 
 def test_a_node_that_the_corners_lift_rests_open_from_some_load_on():
     """Pressed by 1 and lifted by lam at both corners, sheared by +-lam: closed it slips where 0.5 (1 - lam) < lam, from lam = 1 on it is open."""
-    node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     cycle = fo.LoadCycle({"P": 1.0}, [{"N": -1.0, "Q": 1.0}, {"N": -1.0, "Q": -1.0}])
-    model, task = fo.ShakedownModel(node, cycle), pose(node, cycle, 0.5)
+    model, task = fo.ShakedownModel(NODE, cycle), pose(NODE, cycle, 0.5)
     opened, closed = (open_set_limit(model, task, np.array([state])) for state in (True, False))
     assert (opened.least, opened.load_factor) == (1.0, np.inf) and (closed.least, closed.load_factor) == (0.0, pytest.approx(1 / 3))
-    limit = fo.separated_limit(node, cycle, 0.5)
+    limit = fo.separated_limit(NODE, cycle, 0.5)
     assert (limit.least, limit.load_factor) == (1.0, np.inf) and "at every load factor from 1 on" in limit.reason
-    assert fo.shakedown_limit(node, cycle, 0.5).load_factor == pytest.approx(1 / 3)
+    assert fo.shakedown_limit(NODE, cycle, 0.5).load_factor == pytest.approx(1 / 3)
     for load_factor, at_rest in ((0.3, True), (0.5, False), (0.9, False), (1.1, True), (5.0, True)):
-        assert rests(node, cycle, 0.5, load_factor) == at_rest
+        assert rests(NODE, cycle, 0.5, load_factor) == at_rest
 
 
 def test_nodes_that_rest_open_only_together_and_far_above_the_limit_are_found():
