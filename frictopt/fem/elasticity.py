@@ -141,12 +141,11 @@ class Part:
 
 
 def components(load: Any, points: Array) -> Array:
-    """(d, ...) values of x, y and z of a load at points (d, ...); those that are not given are zero."""
+    """(d, ...) values of x, y and z of a load at points (d, ...)."""
     kind = type(load).__name__
-    if len(points) == 2 and load.z not in (None, 0):
+    if len(points) == 2 and load.z != 0:
         raise ModelError(f"{kind} z: {shown(load.z)}; body {load.body!r} is plane, give x and y alone")
-    amounts = {axis: getattr(load, axis) for axis in "xyz"[: len(points)]}
-    return np.array([values_at(f"{kind} {axis}", 0.0 if amount is None else amount, points) for axis, amount in amounts.items()])
+    return np.array([values_at(f"{kind} {axis}", getattr(load, axis), points) for axis in "xyz"[: len(points)]])
 
 
 def values_at(name: str, amount: Amount, points: Array) -> Array:

@@ -14,8 +14,18 @@ from .elements import basis_of
 # `_forces` of a load are (d, nodes) nodal forces on its body: in the plane per depth, axisymmetric those of the whole circumference.
 
 
+class _Forces(Part):
+    """Base of loads by their parts along x, y and z: those that are not given are zero."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for axis in "xyz":
+            if getattr(self, axis) is None:
+                object.__setattr__(self, axis, 0.0)
+
+
 @dataclass(frozen=True)
-class Traction(Part):
+class Traction(_Forces):
     """Traction (x, y), in space (x, y, z), force per area, on a named boundary of one body.
 
     Each is a number or a function of the coordinates (arrays); those that are not given are zero.
@@ -29,7 +39,7 @@ class Traction(Part):
     --------
     >>> import frictopt as fo
     >>> fo.Traction("punch", "top", y=-1e6)  # a pressure
-    Traction(body='punch', boundary='top', x=None, y=-1000000.0, z=None)
+    Traction(body='punch', boundary='top', x=0.0, y=-1000000.0, z=0.0)
     >>> ramp = fo.Traction("punch", "top", y=lambda x, y: -x)
     """
 
@@ -69,8 +79,13 @@ class Pressure(Part):
         return boundary_forces(body.mesh, facets, lambda points, normals: -values_at("pressure", self.amount, points) * normals, kinematics)
 
 
+def surface_forces(load: Traction | Pressure, body: Body, kinematics: Kinematics | None) -> Array:
+    """(d, nodes) nodal forces of a load on a boundary of its body, as pictures show them."""
+    return load._forces(body, kinematics or "plane_strain")
+
+
 @dataclass(frozen=True)
-class BodyForce(Part):
+class BodyForce(_Forces):
     """Force per volume (x, y), in space (x, y, z), on one body: gravity is (0, -density g).
 
     Each is a number or a function of the coordinates (arrays); those that are not given are zero.
@@ -84,7 +99,7 @@ class BodyForce(Part):
     --------
     >>> import frictopt as fo
     >>> fo.BodyForce("block", y=-7850 * 9.81)
-    BodyForce(body='block', x=None, y=-77008.5, z=None)
+    BodyForce(body='block', x=0.0, y=-77008.5, z=0.0)
     """
 
     body: str

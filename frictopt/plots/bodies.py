@@ -13,7 +13,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from ..contact.checks import Array, Integers
 from ..fem.assembly import nodes_of
 from ..fem.bodies import Body
-from ..fem.loads import Pressure, Traction
+from ..fem.loads import Pressure, Traction, surface_forces
 from ..fem.model import ContactModel
 from ..fem.recovery import BodyFields, von_mises
 from ..scenes.scene import Scene
@@ -187,7 +187,7 @@ def _load(axes: AnyAxes, model: ContactModel, case: str, length: float, color: s
         if isinstance(part, Traction | Pressure):
             body = model.bodies[part.body]
             nodes = body.boundary_nodes(part.boundary, "loads")
-            _arrows(axes, body.mesh, nodes, part._forces(body, model._parts.kinematics)[:, nodes], length, color)
+            _arrows(axes, body.mesh, nodes, surface_forces(part, body, model.kinematics)[:, nodes], length, color)
         else:
             others.append(re.sub("(?<!^)(?=[A-Z])", " ", type(part).__name__).lower())
     nowhere: list[list[float]] = [[]] * (3 if model.kinematics == "space" else 2)
