@@ -105,7 +105,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _look(asked: argparse.Namespace) -> None:
-    if Path(asked.file).suffix == ".inp" or not Path(asked.file).exists():
+    if Path(asked.file).suffix == ".inp" or not Path(asked.file).is_file():
         if asked.picture:
             raise ModelError(f"--picture: {str(asked.picture)!r} of a job; condense it, and look at the system that it becomes")
         job = _job(asked.file)
@@ -158,11 +158,13 @@ def _limit(asked: argparse.Namespace) -> None:
         cycle = contact.LoadCycle(asked.mean or {}, asked.corners)
     found = getattr(transients if asked.kind == "onset" else limits, question)(system, cycle, asked.friction)
     table = found.to_frame()
-    _written(asked.picture, found, asked.table, table)
-    print(found)
-    print(table.head(_ROWS).to_string(index=False, float_format="{:.5g}".format))
-    if len(table) > _ROWS and not asked.table:
-        print(f"... {len(table)} rows in all; --table FILE writes them")
+    try:
+        _written(asked.picture, found, asked.table, table)
+    finally:
+        print(found)
+        print(table.head(_ROWS).to_string(index=False, float_format="{:.5g}".format))
+        if len(table) > _ROWS and not asked.table:
+            print(f"... {len(table)} rows in all; --table FILE writes them")
 
 
 def _study(asked: argparse.Namespace) -> None:

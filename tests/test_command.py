@@ -40,8 +40,10 @@ random_slips = {{ amplitudes = [0.1], count = 2 }}
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     CONTACT.save("system.npz")
-    Path("idle.inp").touch()  # the deck of a job that was not run
-    Path("semicolons.csv").write_text("time;cyclic\n0,0;1,5\n1,0;-1,5\n")
+    Path("idle.inp").touch()  # the deck of a job that was not run, with a folder of its name
+    Path("idle").mkdir()
+    for name, text in {"semicolons": "time;cyclic\n0.0;1.5\n1.0;-1.5\n", "decimals": "cyclic\n0,5\n1,5\n-1,5\n"}.items():
+        Path(f"{name}.csv").write_text(text)
     yield tmp_path
     plt.close("all")
 
@@ -147,6 +149,7 @@ BAD = {
     "numbers of a load": (["condense", str(FLAT), "x.npz", *ON_TOP, "P=N_TOP:traction=1"], 2, "--load P=N_TOP:traction=1: "),
     "numbers of a pressure": (["condense", str(FLAT), "x.npz", *ON_TOP, "P=N_TOP:pressure=1,2"], 2, "pressure: [1.0, 2.0] is not one real number"),
     "semicolons": ([*LIMIT, "--history", "semicolons.csv"], 2, "has semicolons between its columns"),
+    "decimal commas": ([*LIMIT, "--mean", "mean=1", "--history", "decimals.csv"], 2, "or rows of more values than names"),
     "system": (["condense", str(FLAT), "x.csv", *ON_TOP, "P=N_TOP:pressure=1"], 2, "'x.csv'; give a file that ends in .npz"),
     "no job": (["look", "none.inp"], 4, "there is no file 'none.inp'; give its path"),
     "no job to condense": (["condense", "none.inp", "x.npz", *ON_TOP, "P=N_TOP:pressure=1"], 4, "there is no file 'none.inp'"),
@@ -155,6 +158,7 @@ BAD = {
     "load": (["condense", str(FLAT), "x.npz", *ON_TOP, "P=N_TOP"], 2, "--load: 'P=N_TOP'"),
     "no study": (["study", "none.toml"], 4, "there is no file 'none.toml'; give its path"),
     "a job that was not run": (["condense", "idle", "x.npz", *ON_TOP, "P=N_TOP:pressure=1"], 4, "there is no 'idle.sti'; CalculiX"),
+    "a folder of the name of a job": (["look", "idle"], 4, "there is no 'idle.sti'; CalculiX"),
     "no TOML": (["study", "system.npz"], 2, "give a file in TOML"),
     "table": ([*LIMIT, *CORNERS, "--table", "limit.doc"], 2, "'limit.doc'; give a file that ends in"),
     "picture": ([*LIMIT, *CORNERS, "--picture", "nowhere/limit.png"], 2, "'nowhere/limit.png' is in no folder"),
@@ -205,6 +209,17 @@ def test_bad_studies_are_refused_by_name(friction, files, message, capsys):
 def test_a_study_says_what_is_unknown_and_what_is_missing(capsys):
     Path("half.toml").write_text("frction = 0.4\nload_factors = [1.0]\n[cycle]\n")
     assert main(["study", "half.toml"]) == 2 and "half.toml: frction unknown and system, friction missing; a study has" in capsys.readouterr().err
+
+
+def test_an_answer_is_printed_where_its_picture_cannot_be_written(capsys):
+    assert main([*LIMIT, *CORNERS, "--picture", "limit.odd"]) == 2
+    said = capsys.readouterr()
+    assert "load_factor=" in said.out and "--picture: " in said.err
+
+
+def test_names_of_a_history_may_have_semicolons(capsys):
+    pd.DataFrame({"mean;kN": [1.0, 1.0], "cyclic": [0.5, -0.5]}).to_csv("loads.csv", index=False)
+    assert main([*LIMIT, "--history", "loads.csv"]) == 2 and "load case 'mean;kN': unknown" in capsys.readouterr().err
 
 
 def test_a_long_table_is_printed_in_part_and_says_so(capsys):

@@ -75,8 +75,11 @@ def read_table(file: str | Path) -> pd.DataFrame:
         table = _READERS[path.suffix](path)
     except (ValueError, pd.errors.ParserError) as error:
         raise ModelError(f"history: {str(file)!r} is no table ({error})") from error
-    if any(";" in str(name) for name in table):
-        raise ModelError(f"history: {str(file)!r} has semicolons between its columns; write commas there, and points in the numbers")
+    if path.suffix == ".csv" and (not isinstance(table.index, pd.RangeIndex) or all(";" in str(name) for name in table)):
+        raise ModelError(
+            f"history: {str(file)!r} has semicolons between its columns, or rows of more values than names; write commas between columns and points "
+            "in the numbers, and name each column"
+        )
     return table
 
 
