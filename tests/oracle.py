@@ -6,6 +6,7 @@ import numpy as np
 from frictopt.contact.parts import joined
 
 TIGHT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+FINE = dict.fromkeys(("tol_feas", "tol_gap_abs", "tol_gap_rel"), 1e-9)
 
 
 class Oracle:
@@ -50,7 +51,7 @@ class Oracle:
     def largest(self, own=(), goal=None):
         """The largest load factor, or value of a goal, under rows of one's own; inf where it has no end, nan where nothing obeys the rows."""
         problem = cp.Problem(cp.Maximize(self.lam if goal is None else goal), [*self.rows, *own])
-        value = problem.solve(**{"solver": "SCIPY", "scipy_options": TIGHT} if self.contact.tangents == 1 else {"solver": "CLARABEL"})
+        value = problem.solve(**{"solver": "SCIPY", "scipy_options": TIGHT} if self.contact.tangents == 1 else {"solver": "CLARABEL", **FINE})
         return np.nan if value is None or value == -np.inf else value
 
     def least(self):
