@@ -17,6 +17,7 @@ from .newton import State, newton
 from .programs import FrozenBoundIncrement
 
 _NEWTON = SolveRecord("NEWTON")
+_REPEATS = 0.1  # motions differ by less, over the largest, from those of the cycle before
 _SCALES = (1.0, 10.0, 0.1, 100.0, 0.01)  # of the c and d of Newton's method, tried in this order
 
 
@@ -52,12 +53,14 @@ class NewtonIncrement(FrictionIncrement):
 
     def __init__(self, system: ContactSystem, friction: ArrayLike) -> None:
         super().__init__(system, friction)
-        self._begun: dict[bytes, Array] = {}  # motions of increments whose state sweeps did not reach, by their load and way
+        # of increments whose state sweeps did not reach, by their load and way: motions, and whether they are nearly those of the cycle before
+        self._begun: dict[bytes, tuple[Array, bool]] = {}
 
     def along(self, u: Array, loads: Sequence[Array]) -> Iterator[tuple[Array, Array, NDArray[np.int8]]]:
         """States after several loads in turn, see `FrictionIncrement`; reactions and gaps go on from those before.
 
-        Where sweeps do not reach a state, Newton's method goes on, and begins in later cycles at the motions of this one.
+        Where sweeps do not reach a state, Newton's method begins at the motions of the cycle before, once they repeat: where several states obey the
+        law, those of a jump would lead to the next jump.
         """
         n, gap, stress, axes = self.system.nodes, self.system.gap, self.system.S @ u, self.system.tangents + 1
         for load in loads:
@@ -73,12 +76,13 @@ class NewtonIncrement(FrictionIncrement):
                     stress = force * r - load
                     yield u, force * state.r, state.status
                     continue
-                self._begun[way] = length * state.u
             posed = Posed(self, parted(u, axes)[0], parted(load, axes))
-            new = self._by_newton(posed, self._begun[way] / posed.length)
+            last, repeats = self._begun.get(way, (np.full(u.shape, np.nan), False))
+            new = self._by_newton(posed, last / posed.length) if repeats else self.solve(posed.slip, posed.bonded)
             new = new if new.record.residual <= RESIDUAL else self.solve(posed.slip, posed.bonded)
             before, u = u, joined(new.slip, new.gap - gap)
-            self._begun[way] = np.concatenate([(u - before)[:-n], new.gap])
+            moved = np.concatenate([(u - before)[:-n], new.gap])
+            self._begun[way] = moved, bool(np.abs(moved - last).max() <= _REPEATS * np.abs(moved).max())
             stress = self.system.S @ u
             yield u, joined(new.q, new.p), new.status
 
