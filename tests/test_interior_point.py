@@ -101,7 +101,7 @@ def test_an_equation_that_defines_nothing_is_left_to_clarabel(monkeypatch):
 
 
 @pytest.mark.parametrize("error", [ArithmeticError, np.linalg.LinAlgError])
-@pytest.mark.parametrize(("from_end", "outcome"), [(0, "optimal_inaccurate"), (6, "no factor")])
+@pytest.mark.parametrize(("from_end", "outcome"), [(0, "optimal_inaccurate"), (6, "rounding leaves no step towards an optimum")])
 def test_where_rounding_leaves_no_step_it_ends_close_to_an_optimum_and_gives_up_far_from_it(from_end, outcome, error, monkeypatch):
     problem, optimum = planted(np.random.default_rng(5), n=6, numbers=9, circles=9, defined=2)
     honest, ends, made = Equations.__init__, [], []
@@ -117,7 +117,7 @@ def test_where_rounding_leaves_no_step_it_ends_close_to_an_optimum_and_gives_up_
     ends.append(len(made) - from_end)
     made.clear()
     assert policy._run(problem, "INTERIOR_POINT") == outcome
-    if outcome != "no factor":
+    if outcome == "optimal_inaccurate":
         assert StandardForm(problem).bounds == pytest.approx([optimum] * 2, rel=1e-5)
 
 

@@ -121,10 +121,13 @@ def wedged(seed):
     return system, fo.LoadCycle({"mean": 1.0}, [{name: 1.0} for name in cases]), 10.0 ** rng.uniform(-3, 1, nodes)
 
 
-def test_a_cone_whose_tip_the_polish_meets_ends_in_an_error_of_ours():
-    system, loads, f = wedged(85)
-    with pytest.raises(fo.SolverError, match="refined on the active cones"):
-        fo.safe_slip(system, loads, f, 0.3, solver="INTERIOR_POINT")
+@pytest.mark.parametrize("seed", [85, 87])
+def test_what_steps_miss_by_rounding_is_mended_where_slips_press_hard(seed):
+    """Their limits and margins were errors: no step of the interior point, and no polish, made the multipliers right."""
+    system, loads, f = wedged(seed)
+    limit, safe = (ask(system, loads, f, *at, solver="INTERIOR_POINT") for ask, at in ((fo.shakedown_limit, ()), (fo.safe_slip, (0.3,))))
+    assert len(limit.record.attempts) == len(safe.record.attempts) == 1 and max(limit.residual, safe.residual) <= 1e-9
+    assert (safe.margin < 0) == (limit.load_factor < 0.3)
 
 
 def test_no_limit_is_below_a_load_factor_that_polygons_find_safe():

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import null_space
 
-from frictopt.solve.standard_form import StandardForm, polish
+from frictopt.solve.standard_form import StandardForm, _Active, polish
 
 
 def random_program(rng, equations):
@@ -71,6 +71,17 @@ def test_a_rough_solution_becomes_the_exact_one(seed, equations):
     form = StandardForm(problem)
     assert form.off(form.z, form.y) <= max(1e-11, 1e-6 * rough.off(rough.z, rough.y))
     assert form.bounds == pytest.approx((best, best), abs=1e-8)
+
+
+def test_equations_of_a_boundary_that_meet_its_tip_have_an_answer():
+    """The point that solves them may be the tip, where the boundary has no direction."""
+    z = cp.Variable(3)
+    problem = cp.Problem(cp.Maximize(-z[0]), [cp.SOC(z[0], z[1:])])
+    problem.solve(solver="CLARABEL")
+    form, multipliers = StandardForm(problem), np.array([1.0, -0.6, -0.8])
+    active = _Active(form, None, np.array([1.0, 0.6, 0.8]), multipliers, share=0.1)
+    found, y = active.solved(np.zeros(3), multipliers)
+    assert form.off(found, form.admissible(y)) < np.inf
 
 
 def test_a_solution_at_the_tip_of_a_cone():

@@ -108,10 +108,10 @@ class Equations:
         self._weights = csr_array(program.transposed @ scaling.inverse_square() @ program.sparse)
         self._step = _Inverted(self._weights, program) if program.inverted else _PutIn(self._weights, program.block)
 
-    def solved(self, u: Array, v: Array) -> tuple[Array, Array]:
+    def solved(self, u: Array, v: Array, last: bool = False) -> tuple[Array, Array]:
         """The y and z, whose errors are corrected in the equations themselves.
 
-        The inverse serves until it adds more to what the multipliers miss, which is u, than a step takes away.
+        The inverse serves until it adds more to what the multipliers miss, which is u, than a step takes away; in a `last` correction, to the end.
         """
         program, over, times, (parts, n) = self._program, self._scaling.over, self._scaling.times, self._program.block.shape
         x, m, drawn, z = np.zeros(n + parts), np.zeros(parts), np.zeros(n), np.zeros(len(v))
@@ -127,7 +127,7 @@ class Equations:
             x, m, drawn = x + more[0], m + more[1], drawn + more[2]
             left, right = np.concatenate([u - drawn, m]) - program.transposed @ z, v - program.sparse @ x + times(times(z))
             apart = x[n:] - program.block @ x[:n]
-        if program.inverted and not (error <= _SPOILT * size and np.abs(left).max() <= np.abs(u).max()):
+        if program.inverted and not last and not (error <= _SPOILT * size and np.abs(left).max() <= np.abs(u).max()):
             program.inverted, self._step = False, _PutIn(self._weights, program.block)
             return self.solved(u, v)
         return x[:n], z

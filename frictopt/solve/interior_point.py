@@ -28,9 +28,11 @@ from .condensed import Condensed, Equations
 from .cones import Cones, Scaling
 
 _STEPS = 100
-_ENOUGH = 1e-11  # errors with which it ends: of the rows, of the multipliers, and between the two objectives, over their sizes
-_WAITING = 5  # steps that do not halve the work of the cones after which rounding is all that is left
-_NEARLY = 1e-7  # errors up to which it ends where rounding leaves no further step, for others to judge
+_ENOUGH = 1e-11  # errors with which it ends, see `_Residuals.error`
+_AGREE = 10.0  # times as much may the two objectives differ, which is a tenth of what an answer may
+_MENDED = 100 * _ENOUGH  # work of the cones from which on the errors of a step, its rounding, are mended by themselves
+_WAITING = 5  # steps near an optimum that do not halve the work of the cones after which rounding is all that is left
+_NEARLY = 1e-7  # errors up to which it ends where rounding leaves no further step, for others to judge, and of a proof that there is no optimum
 _NO_OPTIMUM = 1e-12  # tau over kappa up to which there is no optimum, and rounding is all that the proof lacks
 _AGAIN = 2  # times that the curvature is met again at most
 _STAY = 0.98  # share of the way to the boundary of the cones
@@ -88,36 +90,33 @@ class _Residuals:
         self.columns, self.rows = program.columns(z), program.rows(y) + s
         self.dual, self.primal, self.gap = self.columns + c * tau, self.rows - h * tau, kappa + c @ y + h @ z
         self.work = float(s @ z + kappa * tau) / (degree + 1)
-        sizes = max(1.0, float(np.abs(h).max())), max(1.0, float(np.abs(c).max())), max(FLOOR, abs(float(c @ y)) / tau)
-        lacks = float(np.abs(self.primal).max()) / sizes[0], float(np.abs(self.dual).max()) / sizes[1], abs(float(c @ y + h @ z)) / sizes[2]
-        self.error = max(lacks) / tau
-        self._pull, self._drop, self._enough = -float(h @ z), -float(c @ y), _ENOUGH if tau > _NO_OPTIMUM * kappa else _NEARLY
-
-    @property
-    def without_optimum(self) -> str:
-        """Clarabel's word for a program without an optimum where the point proves it; else none."""
-        if self._pull > 0 and np.abs(self.columns).max() <= self._enough * self._pull:
-            return "PrimalInfeasible"
-        return "DualInfeasible" if self._drop > 0 and np.abs(self.rows).max() <= self._enough * self._drop else ""
+        value, off = max(FLOOR * tau, abs(float(c @ y))) * _AGREE, float(np.abs(self.dual) @ np.maximum(np.abs(y / tau), 1.0))
+        self.apart = (degree + 1) * self.work / tau / value
+        self.error = max(abs(float(c @ y + h @ z)) / value, off / value, float(np.abs(self.primal).max()) / max(1.0, float(np.abs(h).max())) / tau)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            lacks = np.array([np.abs(self.columns).max(), np.abs(self.rows).max()]) / np.maximum([-h @ z, -c @ y], 0.0)
+        self.lack, self.without_optimum = float(lacks.min()), ("PrimalInfeasible", "DualInfeasible")[lacks.argmin()]
 
 
 def _solved(program: Condensed, cones: Cones) -> tuple[str, Array, Array, int]:
     """Status in Clarabel's words, y, z, and the number of steps."""
     at = _Point(np.zeros(len(program.objective)), cones.unit, cones.unit, 1.0, 1.0)
-    best, least, work, since, step = at, np.inf, np.inf, 0, 0
+    best, least, proof, lack, work, since, step, newton = at, np.inf, ("", at), np.inf, np.inf, 0, 0, None
     for step in range(_STEPS):
         off = _Residuals(program, at, cones.degree)
-        if status := off.without_optimum:
-            return status, at.y, at.z, step
+        if newton and off.apart <= _MENDED and off.error > _ENOUGH:
+            mended = newton.mended(at, off)
+            at, off = min((at, off), (mended, _Residuals(program, mended, cones.degree)), key=lambda found: found[1].error)
+        proof, lack = ((off.without_optimum, at), off.lack) if off.lack < lack else (proof, lack)
+        if lack <= (_ENOUGH if at.tau > _NO_OPTIMUM * at.kappa else _NEARLY):
+            return proof[0], proof[1].y, proof[1].z, step
         best, least = (at, off.error) if off.error < least else (best, least)
         work, since = (off.work, 0) if off.work < work / 2 else (work, since + 1)
-        if least <= _ENOUGH or since == _WAITING or not np.isfinite(off.error):
+        if least <= _ENOUGH or (since >= _WAITING and least <= _NEARLY) or not np.isfinite(off.error) or at.tau <= _NO_OPTIMUM * at.kappa:
             break
         try:
             newton = _Newton(program, cones, at, off)
         except (ArithmeticError, np.linalg.LinAlgError):
-            if least > _NEARLY:
-                raise
             break
         ahead = newton.direction()
         share = (1 - min(1.0, newton.longest(ahead))) ** 3
@@ -128,6 +127,8 @@ def _solved(program: Condensed, cones: Cones) -> tuple[str, Array, Array, int]:
                 break
             way = again
         at = at.moved(way, min(1.0, _STAY * newton.longest(way)))
+    if least > _NEARLY:
+        raise ArithmeticError("rounding leaves no step towards an optimum")
     return "Solved" if least <= _ENOUGH else "AlmostSolved", best.y / best.tau, best.z / best.tau, step
 
 
@@ -158,6 +159,12 @@ class _Newton:
         y, z = y + tau * self._y, z + tau * self._z
         s = tau * program.right - (1 - share) * off.primal - program.rows(y)  # by the rows: what the multipliers say of it has their rounding
         return _Point(y, s, z, tau, -(number + at.kappa * tau) / at.tau)
+
+    def mended(self, at: _Point, off: _Residuals) -> _Point:
+        """A later point without what it misses of rows and multipliers alone, which is not lost in the rounding of a whole step."""
+        y, z = self._solve(-off.dual, -off.primal, last=True)
+        way, scaling = _Point(y, -off.primal - self._program.rows(y), z, 0.0, 0.0), Scaling(self._cones, at.s, at.z)
+        return at.moved(way, min(1.0, _STAY * min(scaling.longest(scaling.over(way.s)), scaling.longest(scaling.times(way.z)))))
 
     def longest(self, way: _Point) -> float:
         """The largest step that stays within the cones."""
