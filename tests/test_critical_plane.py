@@ -68,6 +68,12 @@ def test_compression_that_comes_and_goes_has_no_tension():
     assert found["SWT"] == 0 and found["Crossland"] == pytest.approx(0, abs=1e-9) and found["Findley"] == pytest.approx(0, abs=1e-9)
 
 
+def test_pressure_on_every_plane_leaves_no_damage_by_shear_and_none_below_zero():
+    held = -2.0 / FS * np.eye(3)
+    turning = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    assert parameters([held + 10.0 * TWIST, held + 10.0 * turning, held - 10.0 * TWIST])["Fatemi_Socie"] == 0
+
+
 @pytest.mark.parametrize("seed", [13, 24, 27, 112])
 def test_no_plane_is_worse_where_stresses_turn(seed):
     """Of many planes taken at random: loads out of phase have several peaks, some of them nearly as high as the highest."""

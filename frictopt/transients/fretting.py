@@ -100,8 +100,8 @@ def critical_planes(stress: ArrayLike, strain: ArrayLike, *, findley: float, cro
     dict
         SWT, largest tensile stress on the plane times amplitude of its normal strain, and the normal stress on that plane at its ends, `from` the
         least `to` the largest; Findley, shear amplitude plus `findley` times the largest normal stress; Fatemi_Socie, amplitude of the shear angle
-        times 1 plus `fatemi_socie` times the largest normal stress; Crossland, which has no plane, amplitude of the root of J2 plus `crossland` times
-        the largest hydrostatic stress.
+        times 1 plus `fatemi_socie` times the largest normal stress, or 0 where pressure makes that negative; Crossland, which has no plane, amplitude
+        of the root of J2 plus `crossland` times the largest hydrostatic stress.
 
     Examples
     --------
@@ -124,7 +124,7 @@ def critical_planes(stress: ArrayLike, strain: ArrayLike, *, findley: float, cro
         return np.asarray(_amplitude(_shear(sigma, n)) + findley * _normal(sigma, n).max(axis=0))
 
     def angle(n: Array) -> Array:
-        return np.asarray(2 * _amplitude(_shear(epsilon, n)) * (1 + fatemi_socie * _normal(sigma, n).max(axis=0)))
+        return np.asarray(2 * _amplitude(_shear(epsilon, n)) * (1 + fatemi_socie * _normal(sigma, n).max(axis=0)).clip(0.0))
 
     plane = _worst(swt)
     normal = _normal(sigma, plane)
