@@ -9,6 +9,7 @@ import frictopt as fo
 from frictopt.histories.excursion import _drawn
 from frictopt.histories.protocols import REST, TransientsAfter
 from frictopt.histories.starts import LoadStep
+from frictopt.limits.safe_vertices import AdmissibleSlips
 from studies.validation.fuzz.embedded import embedded
 from systems import CYCLE, FIRST_PAIR, PULL, random_system, system
 
@@ -39,7 +40,17 @@ def test_nothing_done_to_the_worst_start_is_the_guaranteed_limit(paper_punch):
         assert one.load_factor == pytest.approx(lower, abs=2e-5 * one.shakedown_limit) and one.monotonic
 
 
-def test_a_node_that_stays_open_leaves_the_worst_start_as_it_is():
+@pytest.mark.parametrize("told", [True, False])
+def test_a_node_that_stays_open_leaves_the_worst_start_as_it_is(told, monkeypatch):
+    """Also where solvers cannot tell that no slip holds all nodes closed."""
+    honest = AdmissibleSlips.furthest
+
+    def furthest(slips, task, *asked):
+        if not told and task.whole is None and len(task.friction) == 3:
+            raise fo.SolverError("infeasible_inaccurate")
+        return honest(slips, task, *asked)
+
+    monkeypatch.setattr(AdmissibleSlips, "furthest", furthest)
     pair = system(*FIRST_PAIR)
     blocks = [np.pad(block, (0, 1)) for block in (pair.A, pair.B, pair.C)]
     for block in blocks[::2]:

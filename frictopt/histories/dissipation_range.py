@@ -164,7 +164,8 @@ def _range(runs: Search, starts: RangeStarts) -> DissipationRange:
     NoContinuation
         No transient from any start has a result.
     """
-    followed = [runs.follow(name, slip) for name, slip in (starts.simple() | starts.under_mean_load | starts.at_corners()).items()]
+    parts = starts.simple, lambda: starts.under_mean_load, starts.at_corners
+    followed = [runs.follow(name, slip) for part in parts for name, slip in part().items()]  # by turns with their programs, which the bar waits for
     if not any(orbit.work > 0 for orbit in followed):
         followed += [runs.follow(name, slip) for name, slip in starts.witness().items()]
     if any(orbit.state is not None and orbit.state.open.any() for orbit in followed):

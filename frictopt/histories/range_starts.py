@@ -61,15 +61,15 @@ class RangeStarts:
             ways = (task.own(way).T.ravel() @ of.unknowns.to_slip for way in self._directions.values())
             return of.furthest(task, 0.0, ways)
 
-        try:
+        slips = list[Array | None]()  # some starts less where none is found; the range is that of the starts followed
+        with suppress(ModelError, SolverError):
             task = pose(system, LoadCycle(loads, [{}]), friction, slip_bound=most)
-            slips = extremes(self._slips, task)
+            with suppress(SolverError):  # solvers tell no slip at all from an answer that is none only where both are plain
+                slips = extremes(self._slips, task)
             if all(slip is None for slip in slips) and (rest := rest_under_mean(task)):
                 slips = extremes(AdmissibleSlips(rest), rest)
-        except (ModelError, SolverError):
-            return {}  # some starts less; the range is that of the starts followed
         found = dict[str, Array]()
-        for name, slip in zip(self._directions, slips, strict=True):
+        for name, slip in zip(self._directions, slips, strict=False):
             if slip is not None and all(np.abs(slip - other).max() > RESIDUAL * np.abs(slip).max() for other in found.values()):
                 found[f"{name}, {place}"] = slip
         return found
