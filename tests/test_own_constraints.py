@@ -116,6 +116,15 @@ def test_a_constraint_on_one_side_of_a_mirror_symmetric_contact_is_not_lost(monk
     assert not any("mirror" in text for text in limit.record.left_out)
 
 
+def test_an_uncoupled_contact_has_no_closed_form_under_constraints():
+    contact = random_system(np.random.default_rng(0), 3, coupling=0.0)
+    model = fo.ShakedownModel(contact, CYCLE)
+    closed = model.solve(0.4)
+    limit = model.solve(0.4, [model.slip <= -0.15])
+    assert closed.record.solver == "closed form" and limit.record.solver != "closed form" and limit.load_factor < closed.load_factor
+    agrees(limit, linprog_limit(contact, CYCLE, 0.4, upper=[(row, 0.0, -0.15) for row in np.eye(3)])[1])
+
+
 def test_units_do_not_matter_and_the_objective_has_the_unit_that_is_printed():
     contact, base = random_system(np.random.default_rng(5), 4), None
     for stiff, load in ((1.0, 1.0), (1e12, 1.0), (1.0, 1e9), (1e-9, 1e-3)):
