@@ -14,7 +14,7 @@ from scipy.optimize import linprog
 
 from ..contact import parted
 from ..contact.checks import Array, Booleans
-from ..contact.tolerances import CONDENSATION
+from ..contact.tolerances import CONDENSATION, ROUNDING
 from ..transients.begin import OPEN, STICK, Transient
 from ..transients.exact import ExactPath, ReturnMap, return_map
 from ..transients.stepped import Point, SteppedPath
@@ -154,7 +154,7 @@ def increment_map(path: SteppedPath) -> ReturnMap:
         slips = (point.status != STICK) & (point.status != OPEN)
         d = (point.u - previous.u)[:-n].reshape(-1, n)
         size = np.linalg.norm(d, axis=0)
-        slips &= size > 0  # one that turns to stick within rounding of its bound
+        slips &= size > ROUNDING * np.abs(point.u).max()  # not one that turns to stick within rounding of its bound
         new = _after(S, f, point, D, slips, d)
         dp, mean = S[-n:] @ (D + new) / 2, (previous.r + point.r)[-n:] / 2
         for node in np.flatnonzero(slips):
