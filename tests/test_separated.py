@@ -5,6 +5,7 @@ import re
 from importlib import import_module
 from itertools import product
 
+import cvxpy as cp
 import numpy as np
 import pytest
 
@@ -88,6 +89,15 @@ def test_random_contacts_rest_at_the_limit_and_above_a_proven_one_nothing_does(s
     assert rests(contact, CYCLE, friction, limit.load_factor, initial_state=limit.state)
     for factor in (1 + 2e-6, 1.001, 1.05, 1.5) if limit.proven else ():
         assert not resting_starts(contact, CYCLE, friction, factor * limit.load_factor, limit.slip, 10, rng), factor
+
+
+def test_programs_that_were_solved_before_with_several_threads_change_nothing():
+    """As HiGHS does by default on three processors and more."""
+    contact = system(1.0, 0.0, 0.0, 2.0, 1.0, 0.5, C=[[3.0]])
+    alone = fo.separated_limit(contact, CYCLE, 0.5)
+    cp.Problem(cp.Maximize(cp.Variable(boolean=True))).solve(solver="HIGHS", highs_options={"threads": 2})
+    after = fo.separated_limit(contact, CYCLE, 0.5)
+    assert (after.load_factor, after.bound, after.reason) == (alone.load_factor, alone.bound, alone.reason)
 
 
 def test_what_is_said_of_it(paper_cycle):

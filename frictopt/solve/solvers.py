@@ -11,6 +11,7 @@ from typing import Protocol, TypeVar
 
 import cvxpy as cp
 import numpy as np
+from highspy import Highs
 
 from ..contact import Attempt, SolveRecord
 from ..contact.checks import shown
@@ -192,10 +193,13 @@ def bounds(problem: cp.Problem, most_nodes: int) -> Bounds:
     """Maximise the objective of a mixed-integer program with so many nodes in its search tree, and say what is proven, also where it has no end."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # cvxpy warns of answers that are no optimum; here the status says so
+        Highs.resetGlobalScheduler(True)  # else HiGHS refuses one thread where a solution before, on more processors, has begun with several
         try:
             problem.solve(solver="HIGHS", warm_start=False, highs_options={**_HIGHS_BOUND, "mip_max_nodes": most_nodes})
         except (cp.SolverError, ValueError, ArithmeticError):
             return Bounds(math.inf, BoundStatus.OPEN)
+        finally:
+            Highs.resetGlobalScheduler(True)  # for programs of others
     if problem.status == cp.INFEASIBLE:
         return Bounds(-math.inf, BoundStatus.INFEASIBLE)
     info = problem.solver_stats.extra_stats

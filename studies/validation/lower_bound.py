@@ -16,6 +16,7 @@ from typing import Any
 
 import cvxpy as cp
 import numpy as np
+from highspy import Highs
 
 import frictopt as fo
 
@@ -203,6 +204,7 @@ def _least(problem: cp.Problem, time_limit: float) -> tuple[float, float, str]:
     for tolerance in _TOLERANCES:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
+            Highs.resetGlobalScheduler(True)  # else one thread is refused where a solution before has begun with several
             problem.solve(solver="HIGHS", warm_start=False, highs_options=_HIGHS | tolerance | {"time_limit": time_limit})
         words.append(str(problem.status))
         if problem.status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE, cp.settings.USER_LIMIT):
