@@ -199,8 +199,8 @@ def _sums(system: "ContactSystem") -> "Table":
     """The sum of the bonded reactions of each load case, zero where only rounding is left."""
     import numpy as np
 
+    from .contact.checks import ROUNDING
     from .contact.result import frame
-    from .contact.tolerances import ROUNDING
 
     names = [*(["sum of q"] if system.tangents == 1 else ["sum of q1", "sum of q2"]), "sum of p", "least p", "most p"]
     rows = np.array([[*q.reshape(len(p), -1).sum(axis=0), p.sum(), p.min(), p.max()] for q, p in system.bonded.values()])

@@ -7,7 +7,7 @@ from html import escape
 import numpy as np
 
 from ..errors import NoContinuation
-from .checks import Array
+from .checks import CONDENSATION, RESIDUAL, ROUNDING, SIMULTANEOUS, Array
 from .coulomb import lengths, reach
 from .cycle import LoadCycle
 from .diagnosis import unscaled_diagnosis
@@ -15,7 +15,6 @@ from .parts import joined, parted
 from .result import Plotted, Shown, Table, frame
 from .state import ContactState
 from .system import ContactSystem, reactions
-from .tolerances import CONDENSATION, RESIDUAL, ROUNDING, SIMULTANEOUS
 
 
 @dataclass(frozen=True, repr=False)

@@ -3,8 +3,7 @@
 import numpy as np
 
 from ..errors import ModelError
-from .checks import Array, frozen
-from .tolerances import CONDENSATION, RIGID
+from .checks import CONDENSATION, RIGID, Array, frozen
 
 
 def symmetrised(name: str, matrix: Array) -> Array:

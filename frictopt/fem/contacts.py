@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 from skfem import Mesh
 
-from ..contact.checks import Array, Integers, check_text, finite_number, place, shown
+from ..contact.checks import COUNTS, SAME_POINT, Array, Integers, check_text, finite_number, place, shown
 from ..contact.parts import checked_springs
-from ..contact.tolerances import COUNTS, SAME_POINT
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Kinematics, Part, boundary_forces, circumference, values_at

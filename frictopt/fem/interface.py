@@ -10,9 +10,8 @@ from scipy.sparse import csc_matrix, csr_matrix, diags, hstack, identity, kron
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import inv
 
-from ..contact.checks import Array, Booleans, Integers, place
+from ..contact.checks import CONDENSATION, SAME_POINT, Array, Booleans, Integers, place
 from ..contact.parts import runs
-from ..contact.tolerances import CONDENSATION, SAME_POINT
 from ..errors import ModelError
 
 _ASIDE = 1e3 * CONDENSATION  # share of its distance by which a node may be aside, and of its stiffness by which it may be pulled: rounding

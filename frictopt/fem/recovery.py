@@ -13,8 +13,7 @@ from scipy.sparse.linalg import splu
 from skfem import BilinearForm
 
 from ..contact import LoadCycle, Plotted, Shown
-from ..contact.checks import Array, finite_number, frozen, shown, whole_number
-from ..contact.tolerances import COUNTS
+from ..contact.checks import COUNTS, Array, finite_number, frozen, shown, whole_number
 from ..errors import ModelError, ModelWarning
 from .assembly import Assembly
 from .bodies import Body

@@ -13,8 +13,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from ..contact import parted
-from ..contact.checks import Array, Booleans
-from ..contact.tolerances import CONDENSATION, ROUNDING
+from ..contact.checks import CONDENSATION, ROUNDING, Array, Booleans
 from ..transients.begin import OPEN, STICK, Transient
 from ..transients.exact import ExactPath, ReturnMap, return_map
 from ..transients.stepped import Point, SteppedPath

@@ -8,8 +8,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle, Plotted, Shown, bar_of
-from ..contact.checks import Array, finite_number, flag, frozen, warns_of_odd_values
-from ..contact.tolerances import LEVEL
+from ..contact.checks import LEVEL, Array, finite_number, flag, frozen, warns_of_odd_values
 from ..errors import NoContinuation
 from ..limits.question import pose
 from ..transients import SteadyState

@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle, Outcome
-from ..contact.checks import Array
-from ..contact.tolerances import LEVEL, PERIODIC, RESIDUAL
+from ..contact.checks import LEVEL, PERIODIC, RESIDUAL, Array
 from ..errors import NoContinuation, SolverError
 from ..transients import SteadyState, steady_state
 from ..transients.begin import Transient

@@ -9,8 +9,7 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactState, ContactSystem, LoadCycle, Plotted, Recorded, components, frame, joined, lengths, parted, places
-from ..contact.checks import Array, Booleans, frozen
-from ..contact.tolerances import RESIDUAL
+from ..contact.checks import RESIDUAL, Array, Booleans, frozen
 from .question import LimitQuestion
 
 _BARE = 10 * RESIDUAL  # share of the mean friction bound below which a node carries nothing, and its traction ratio is rounding

@@ -20,8 +20,7 @@ import cvxpy as cp
 import numpy as np
 
 from ..contact import SolveRecord
-from ..contact.checks import Array, frozen
-from ..contact.tolerances import RESIDUAL, ZERO_LOAD_FACTOR
+from ..contact.checks import RESIDUAL, ZERO_LOAD_FACTOR, Array, frozen
 from ..solve.solvers import solve
 from ..solve.standard_form import StandardForm
 from .answered import Mechanism

@@ -29,8 +29,7 @@ from itertools import product
 import numpy as np
 
 from ..contact import lengths
-from ..contact.checks import Array
-from ..contact.tolerances import CONDENSATION, RESIDUAL, ROUNDING
+from ..contact.checks import CONDENSATION, RESIDUAL, ROUNDING, Array
 from .question import LimitQuestion
 from .safe_set import SafeSet, ruling
 

@@ -10,8 +10,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle, SolveRecord
-from ..contact.checks import checked_loads, flag, frozen, listed, shown, warns_of_odd_values
-from ..contact.tolerances import GROWN, RESIDUAL
+from ..contact.checks import GROWN, RESIDUAL, checked_loads, flag, frozen, listed, shown, warns_of_odd_values
 from ..errors import ModelError
 from ..solve.contradiction import contradiction, is_unbounded
 from ..solve.solvers import solve

@@ -5,8 +5,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from ..contact import LoadCycle
-from ..contact.checks import Array
-from ..contact.tolerances import NO_COUPLING, ROUNDING
+from ..contact.checks import NO_COUPLING, ROUNDING, Array
 from .answered import Mechanism
 from .design_loads import DesignLoads
 from .question import LimitQuestion

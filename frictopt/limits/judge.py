@@ -7,8 +7,7 @@ from typing import TypeAlias, TypeVar
 import numpy as np
 
 from ..contact import LimitKind, SolveRecord
-from ..contact.checks import Array
-from ..contact.tolerances import FLOOR, RESIDUAL
+from ..contact.checks import FLOOR, RESIDUAL, Array
 from ..solve.standard_form import StandardForm
 from .answered import Answered, Mechanism
 from .mirrors import on_whole

@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..contact import ContactSystem, LoadCycle, Plotted, Shown, components, frame, lengths, parted, places
-from ..contact.checks import Array, finite_array, frozen
-from ..contact.tolerances import RESIDUAL, ROUNDING
+from ..contact.checks import RESIDUAL, ROUNDING, Array, finite_array, frozen
 from ..errors import SolverError
 from .answered import Mechanism
 from .question import LimitQuestion

@@ -17,8 +17,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
 from ..contact import ContactSystem
-from ..contact.checks import Array, Integers
-from ..contact.tolerances import CONDENSATION, ROUNDING, SAME_POINT
+from ..contact.checks import CONDENSATION, ROUNDING, SAME_POINT, Array, Integers
 from .answered import Mechanism
 from .question import Images, LimitQuestion
 

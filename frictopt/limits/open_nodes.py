@@ -15,8 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..contact import ContactSystem, joined
-from ..contact.checks import Array, Booleans
-from ..contact.tolerances import CONDENSATION, ROUNDING
+from ..contact.checks import CONDENSATION, ROUNDING, Array, Booleans
 from ..errors import ModelError, NoContinuation
 from .question import LimitQuestion, units_of
 

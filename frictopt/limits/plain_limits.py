@@ -9,9 +9,8 @@ from time import perf_counter
 import numpy as np
 
 from ..contact import LimitKind, SolveRecord
-from ..contact.checks import Array
+from ..contact.checks import GROWN, RESIDUAL, Array
 from ..contact.diagnosis import growth_diagnosis
-from ..contact.tolerances import GROWN, RESIDUAL
 from ..errors import ModelError, SolverError
 from ..solve.contradiction import contradiction, is_unbounded
 from .answered import Mechanism

@@ -9,8 +9,7 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem, LoadCycle, SolveRecord
-from ..contact.checks import Array, finite_number, frozen, place
-from ..contact.tolerances import RESIDUAL, ROUNDING
+from ..contact.checks import RESIDUAL, ROUNDING, Array, finite_number, frozen, place
 from ..errors import SolverError
 from ..solve.solvers import solve
 from .answered import Answered, Mechanism

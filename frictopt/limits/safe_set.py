@@ -18,8 +18,7 @@ from scipy.optimize import nnls
 from scipy.sparse import csr_array
 
 from ..contact import lengths
-from ..contact.checks import Array, Integers
-from ..contact.tolerances import CONDENSATION, RESIDUAL
+from ..contact.checks import CONDENSATION, RESIDUAL, Array, Integers
 from ..solve.explain import Units
 from .answered import Mechanism
 from .design_loads import DesignLoads

@@ -8,8 +8,7 @@ import cvxpy as cp
 import pandas as pd
 
 from ..contact import SolveRecord, unscaled_diagnosis
-from ..contact.checks import Array
-from ..contact.tolerances import ROUNDING
+from ..contact.checks import ROUNDING, Array
 from ..solve.explain import Units, explain
 from .answered import Answered, Mechanism
 from .question import LimitQuestion

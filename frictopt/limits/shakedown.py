@@ -19,8 +19,7 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem, LimitKind, LoadCycle, SolveRecord
-from ..contact.checks import Array, listed, warns_of_odd_values
-from ..contact.tolerances import RESIDUAL
+from ..contact.checks import RESIDUAL, Array, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
 from ..solve.solvers import solve
 from .judge import answered, judged, judged_by_rows, refuted

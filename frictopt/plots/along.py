@@ -9,9 +9,8 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem
-from ..contact.checks import Array
+from ..contact.checks import RESIDUAL, Array
 from ..contact.parts import runs
-from ..contact.tolerances import RESIDUAL
 from .style import BLACK, GREY, SERIES, Look, series
 
 Part = tuple[str, slice]

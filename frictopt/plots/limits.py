@@ -8,8 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ..contact import ContactSystem, Onset, lengths
-from ..contact.checks import Array, Booleans
-from ..contact.tolerances import RESIDUAL
+from ..contact.checks import RESIDUAL, Array, Booleans
 from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, SeparatedLimit, ShakedownLimit
 from .along import circle, friction_ratio, label_panels, lines, lines_or_band, looks, node_at, ratios
 from .spatial import face_map, ratio_map

@@ -10,8 +10,7 @@ from matplotlib.transforms import offset_copy
 from matplotlib.tri import Triangulation
 
 from ..contact import ContactSystem
-from ..contact.checks import Array, Booleans, Integers
-from ..contact.tolerances import RESIDUAL
+from ..contact.checks import RESIDUAL, Array, Booleans, Integers
 from ..errors import ModelError
 from ..transients import SteadyState
 from .bodies import spread

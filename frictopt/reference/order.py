@@ -3,8 +3,7 @@
 import numpy as np
 
 from ..contact import ContactSystem, checked_plane
-from ..contact.checks import Array, frozen
-from ..contact.tolerances import CONDENSATION
+from ..contact.checks import CONDENSATION, Array, frozen
 
 _PULL = CONDENSATION  # a stiffness between two nodes up to this share of the largest entry of A and B counts as none: the data have this error
 

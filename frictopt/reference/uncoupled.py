@@ -5,8 +5,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact.checks import Array, finite_array, finite_number, per_node
-from ..contact.tolerances import ROUNDING
+from ..contact.checks import ROUNDING, Array, finite_array, finite_number, per_node
 from ..errors import ModelError
 
 

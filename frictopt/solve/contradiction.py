@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import cvxpy as cp
 import numpy as np
 
-from ..contact.checks import Array
-from ..contact.tolerances import RESIDUAL
+from ..contact.checks import RESIDUAL, Array
 from .solvers import solve
 from .standard_form import StandardForm
 

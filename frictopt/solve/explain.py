@@ -8,8 +8,7 @@ import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact.checks import Array
-from ..contact.tolerances import RESIDUAL
+from ..contact.checks import RESIDUAL, Array
 
 _BINDING = 100 * RESIDUAL  # slack below which a row is printed as binding: solvers leave more than the residual before the polish
 

@@ -14,8 +14,7 @@ import numpy as np
 from highspy import Highs
 
 from ..contact import Attempt, SolveRecord
-from ..contact.checks import shown
-from ..contact.tolerances import RESIDUAL
+from ..contact.checks import RESIDUAL, shown
 from ..errors import ModelError, SolverError
 from .interior_point import InteriorPoint
 from .standard_form import polish

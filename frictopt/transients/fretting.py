@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact import Table, components, frame, places
-from ..contact.checks import Array, finite_array, listed
-from ..contact.tolerances import COUNTS
+from ..contact.checks import COUNTS, Array, finite_array, listed
 from ..errors import ModelError
 from .trajectory import Trajectory
 

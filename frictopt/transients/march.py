@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..contact import ContactState, ContactSystem, LoadCycle, bar_of, checked_system, parted
-from ..contact.checks import Array, Booleans, choice, flag, frozen, warns_of_odd_values, whole_number
-from ..contact.tolerances import RESIDUAL
+from ..contact.checks import RESIDUAL, Array, Booleans, choice, flag, frozen, warns_of_odd_values, whole_number
 from ..errors import ModelError, NoContinuation, SolverError
 from .begin import OPEN
 from .exact import ExactPath

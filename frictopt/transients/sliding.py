@@ -8,8 +8,7 @@ from scipy.linalg import solve_triangular
 from scipy.linalg.lapack import dpstrf
 
 from ..contact import ContactSystem
-from ..contact.checks import Array
-from ..contact.tolerances import COUNTS, RIGID
+from ..contact.checks import COUNTS, RIGID, Array
 from ..errors import NoContinuation, SolverError
 
 _WITHIN, _PROJECTIONS = 0.99, 50  # of the friction, so that a projection comes to lie within it; at most

@@ -6,9 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...contact import ContactState, ContactSystem, LoadCycle, checked_plane, off_law
-from ...contact.checks import Array
+from ...contact.checks import RESIDUAL, Array
 from ...contact.history import turning_points
-from ...contact.tolerances import RESIDUAL
 from ...errors import NoContinuation
 from ..begin import Cycle, Transient
 from .kernel import DONE, OPEN, STALLED, UNSETTLED, compiled, follow, new_active_set, new_state, set_statuses

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...contact import ContactSystem, SolveRecord, joined, parted
-from ...contact.checks import Array
-from ...contact.tolerances import RESIDUAL, ROUNDING
+from ...contact.checks import RESIDUAL, ROUNDING, Array
 from ...errors import SolverError
 from ..exact.kernel import increment
 from .increment import FrictionIncrement, Increment, Posed, force_scale

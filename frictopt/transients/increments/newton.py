@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from scipy.linalg import lstsq
 from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
 
-from ...contact.checks import Array
-from ...contact.tolerances import ROUNDING, STALLED
+from ...contact.checks import ROUNDING, STALLED, Array
 from ..begin import OPEN, SLIP, STICK
 
 _NEWTON = 1e-2 * ROUNDING  # dimensionless errors of the law from which on Newton's method is done

@@ -19,8 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...contact import Attempt, ContactSystem, SolveRecord, checked_plane, joined
-from ...contact.checks import Array, finite_number
-from ...contact.tolerances import RESIDUAL
+from ...contact.checks import RESIDUAL, Array, finite_number
 from ...errors import NoContinuation, SolverError
 from ...solve.solvers import NoOptimum, solve
 from ..begin import OPEN
