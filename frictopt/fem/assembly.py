@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 from scipy.sparse import block_diag, csr_matrix, diags, identity, vstack
 
-from ..contact.checks import ROUNDING, SAME_POINT, Array, Integers, place, shown
+from ..contact import ROUNDING, SAME_POINT, Array, Integers, place, shown
 from ..errors import ModelError
 from .bodies import Body, Support
 from .bolts import BoltPreload, Cut, cut_bodies, released

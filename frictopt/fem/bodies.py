@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from skfem import Mesh
 
-from ..contact.checks import Array, Integers, check_text, choice, finite_numbers, shown
+from ..contact import Array, Integers, check_text, choice, finite_numbers, shown
 from ..errors import ModelError
 from .elasticity import ELEMENT_NAMES, ElementName, Material
 from .elements import QUADRATIC, facet_nodes, functions_of, parts_of, points_from, quadratic, through_corners

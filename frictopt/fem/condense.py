@@ -11,8 +11,7 @@ from scipy.linalg import LinAlgError
 from scipy.sparse import block_array, csr_matrix, hstack, identity
 from scipy.sparse.csgraph import connected_components
 
-from ..contact import ContactSystem
-from ..contact.checks import EQUILIBRIUM, Array, Integers, checked_cases, checked_contact, finite_array, place
+from ..contact import EQUILIBRIUM, Array, ContactSystem, Integers, checked_cases, checked_contact, finite_array, place
 from ..errors import ModelError
 from .given import check_forgotten, checked_gap, checked_normals, checked_pairs, checked_rows, checked_stiffness, same_point
 from .interface import Interface, check_course, check_sides, frames_of, guided, half_widths, openings

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 from skfem import Mesh
 
-from ..contact.checks import COUNTS, SAME_POINT, Array, Integers, check_text, finite_number, place, shown
+from ..contact import COUNTS, SAME_POINT, Array, Integers, check_text, finite_number, place, shown
 from ..contact.parts import checked_springs
 from ..errors import ModelError
 from .bodies import Body

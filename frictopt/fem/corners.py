@@ -7,7 +7,7 @@ from scipy.cluster.hierarchy import DisjointSet
 from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
-from ..contact.checks import Array, Integers, place
+from ..contact import Array, Integers, place
 from ..errors import ModelError
 from .contacts import Contact
 from .elements import parts_of

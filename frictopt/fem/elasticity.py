@@ -10,7 +10,7 @@ from scipy.sparse import csr_matrix
 from skfem import Basis, ElementLineP1, ElementQuad1, ElementTriP1, LinearForm, Mesh
 from skfem.quadrature import get_quadrature
 
-from ..contact.checks import Array, Integers, check_text, finite_number, place, real_array, shown
+from ..contact import Array, Integers, check_text, finite_number, place, real_array, shown
 from ..errors import ModelError
 from .elements import basis_of, functions_of, on_facets, places_of
 

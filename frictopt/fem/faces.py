@@ -7,7 +7,7 @@ from scipy.sparse import csr_matrix, diags
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
-from ..contact.checks import ROUNDING, Array, Integers, place
+from ..contact import ROUNDING, Array, Integers, place
 from ..errors import ModelError
 from .bodies import Body
 from .interface import frames_of

@@ -6,7 +6,7 @@ from scipy.sparse import csr_matrix, diags, identity, issparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ..contact.checks import CONDENSATION, SAME_POINT, Array, Integers, choice, finite_array, frozen, listed, place, whole_array
+from ..contact import CONDENSATION, SAME_POINT, Array, Integers, choice, finite_array, frozen, listed, place, whole_array
 from ..errors import ModelError
 from .elements import parts_of
 from .interface import Interface

@@ -10,7 +10,7 @@ from scipy.sparse import csc_matrix, csr_matrix, diags, hstack, identity, kron
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import inv
 
-from ..contact.checks import CONDENSATION, SAME_POINT, Array, Booleans, Integers, place
+from ..contact import CONDENSATION, SAME_POINT, Array, Booleans, Integers, place
 from ..contact.parts import runs
 from ..errors import ModelError
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from skfem import Basis
 
-from ..contact.checks import Array, finite_number
+from ..contact import Array, finite_number
 from ..errors import ModelError
 from .bodies import Body, Place, checked_place, checked_point
 from .elasticity import Amount, Kinematics, Part, boundary_forces, components, element_means, gradient_forces, values_at, volume_forces

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from ..contact.checks import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS, Array, Integers
+from ..contact import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS, Array, Integers
 from ..errors import ModelError
 from .faces import facets_around
 from .given import same_point

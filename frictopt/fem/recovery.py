@@ -12,8 +12,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 from skfem import BilinearForm
 
-from ..contact import LoadCycle, Plotted, Shown
-from ..contact.checks import COUNTS, Array, finite_number, frozen, shown, whole_number
+from ..contact import COUNTS, Array, LoadCycle, Plotted, Shown, finite_number, frozen, shown, whole_number
 from ..errors import ModelError, ModelWarning
 from .assembly import Assembly
 from .bodies import Body

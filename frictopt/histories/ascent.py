@@ -12,8 +12,7 @@ from typing import cast
 import numpy as np
 from scipy.optimize import linprog
 
-from ..contact import parted
-from ..contact.checks import CONDENSATION, ROUNDING, Array, Booleans
+from ..contact import CONDENSATION, ROUNDING, Array, Booleans, parted
 from ..transients.begin import OPEN, STICK, Transient
 from ..transients.exact import ExactPath, ReturnMap, return_map
 from ..transients.stepped import Point, SteppedPath

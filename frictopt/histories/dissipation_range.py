@@ -7,8 +7,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, Plotted, Shown, bar_of
-from ..contact.checks import LEVEL, Array, finite_number, flag, frozen, warns_of_odd_values
+from ..contact import LEVEL, Array, ContactSystem, LoadCycle, Plotted, Shown, bar_of, finite_number, flag, frozen, warns_of_odd_values
 from ..errors import NoContinuation
 from ..limits.question import pose
 from ..transients import SteadyState

@@ -8,8 +8,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, Plotted, Shown
-from ..contact.checks import Array, checked_loads, finite_number, frozen, warns_of_odd_values, whole_number
+from ..contact import Array, ContactSystem, LoadCycle, Plotted, Shown, checked_loads, finite_number, frozen, warns_of_odd_values, whole_number
 from ..errors import ModelError
 from .load_steps import LoadStep
 from .protocols import REST, TransientsAfter, first_change

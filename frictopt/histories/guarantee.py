@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ..contact import ContactState, LoadCycle, Outcome, Shown, lengths, parted, reactions
-from ..contact.checks import LARGEST_SEED, Array, finite_number, frozen, whole_number
+from ..contact import LARGEST_SEED, Array, ContactState, LoadCycle, Outcome, Shown, finite_number, frozen, lengths, parted, reactions, whole_number
 from ..errors import ModelError, NoContinuation
 from ..limits import GuaranteedLimit, safe_vertices
 from ..transients import march, steady_state

@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, checked_system, joined, parted
-from ..contact.checks import Array, checked_loads, finite_number, frozen
+from ..contact import Array, ContactSystem, LoadCycle, checked_loads, checked_system, finite_number, frozen, joined, parted
 from ..transients.begin import Transient
 from ..transients.march import path_of
 

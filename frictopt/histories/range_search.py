@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..contact import ContactSystem, LoadCycle, Outcome
-from ..contact.checks import LEVEL, PERIODIC, RESIDUAL, Array
+from ..contact import LEVEL, PERIODIC, RESIDUAL, Array, ContactSystem, LoadCycle, Outcome
 from ..errors import NoContinuation, SolverError
 from ..transients import SteadyState, steady_state
 from ..transients.begin import Transient

@@ -6,8 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..contact import LoadCycle, lengths, reactions
-from ..contact.checks import RESIDUAL, ROUNDING, Array
+from ..contact import RESIDUAL, ROUNDING, Array, LoadCycle, lengths, reactions
 from ..errors import ModelError, SolverError
 from ..limits import guaranteed_limit, shakedown_limit
 from ..limits.open_nodes import rest_under_mean

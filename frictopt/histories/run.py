@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import ThreadpoolController
 
-from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array
+from ..contact import Array, ContactSystem, LoadCycle
 from ..errors import FrictoptError, ModelError
 from ..limits import ShakedownLimit
 from ..transients import steady_state

@@ -14,7 +14,7 @@ from typing import Any
 
 import pandas as pd
 
-from ..contact.checks import listed
+from ..contact import listed
 from ..errors import StoreError
 
 TYPES = {

@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 
 import pandas as pd
 
-from ..contact import ContactState, ContactSystem, Plotted, Recorded, SolveRecord
-from ..contact.checks import Array, frozen
+from ..contact import Array, ContactState, ContactSystem, Plotted, Recorded, SolveRecord, frozen
 from ..transients import SteadyState
 
 WORN_IN = 1e-3

@@ -15,26 +15,3 @@ from .safe_vertices import safe_vertices
 from .separated_limit import SeparatedLimit, separated_limit
 from .shakedown import ShakedownModel, shakedown_limit
 from .shakedown_result import ShakedownLimit
-
-__all__ = [
-    "Design",
-    "DesignModel",
-    "GuaranteedLimit",
-    "GuaranteedModel",
-    "LeastSlip",
-    "LimitKind",
-    "RequiredFriction",
-    "SafeRegion",
-    "SafeSlip",
-    "SafeSlipModel",
-    "SeparatedLimit",
-    "ShakedownLimit",
-    "ShakedownModel",
-    "guaranteed_limit",
-    "required_friction",
-    "safe_region",
-    "safe_slip",
-    "safe_vertices",
-    "separated_limit",
-    "shakedown_limit",
-]

@@ -19,8 +19,7 @@ from enum import Enum
 import cvxpy as cp
 import numpy as np
 
-from ..contact import SolveRecord
-from ..contact.checks import RESIDUAL, ZERO_LOAD_FACTOR, Array, frozen
+from ..contact import RESIDUAL, ZERO_LOAD_FACTOR, Array, SolveRecord, frozen
 from ..solve.solvers import solve
 from ..solve.standard_form import StandardForm
 from .answered import Mechanism

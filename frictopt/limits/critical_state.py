@@ -28,8 +28,7 @@ from itertools import product
 
 import numpy as np
 
-from ..contact import lengths
-from ..contact.checks import CONDENSATION, RESIDUAL, ROUNDING, Array
+from ..contact import CONDENSATION, RESIDUAL, ROUNDING, Array, lengths
 from .question import LimitQuestion
 from .safe_set import SafeSet, ruling
 

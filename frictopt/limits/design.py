@@ -9,8 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, SolveRecord
-from ..contact.checks import GROWN, RESIDUAL, checked_loads, flag, frozen, listed, shown, warns_of_odd_values
+from ..contact import GROWN, RESIDUAL, ContactSystem, LoadCycle, SolveRecord, checked_loads, flag, frozen, listed, shown, warns_of_odd_values
 from ..errors import ModelError
 from ..solve.contradiction import contradiction, is_unbounded
 from ..solve.solvers import solve

@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 import cvxpy as cp
 import numpy as np
 
-from ..contact import ContactSystem, LoadCycle, joined
-from ..contact.checks import Array
+from ..contact import Array, ContactSystem, LoadCycle, joined
 
 PROFILE = "profile"  # load case of the overlap that a profile leaves
 

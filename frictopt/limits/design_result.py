@@ -7,8 +7,7 @@ from typing import IO
 import cvxpy as cp
 import pandas as pd
 
-from ..contact import LoadCycle, SolveRecord
-from ..contact.checks import Array
+from ..contact import Array, LoadCycle, SolveRecord
 from ..solve.explain import Units, explain
 from .answered import Answered
 from .question import LimitQuestion

@@ -4,8 +4,7 @@ import cvxpy as cp
 import numpy as np
 from scipy.optimize import nnls
 
-from ..contact import LoadCycle
-from ..contact.checks import NO_COUPLING, ROUNDING, Array
+from ..contact import NO_COUPLING, ROUNDING, Array, LoadCycle
 from .answered import Mechanism
 from .design_loads import DesignLoads
 from .question import LimitQuestion

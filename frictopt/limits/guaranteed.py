@@ -9,8 +9,7 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LimitKind, LoadCycle, SolveRecord
-from ..contact.checks import Array, frozen, listed, warns_of_odd_values
+from ..contact import Array, ContactSystem, LimitKind, LoadCycle, SolveRecord, frozen, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
 from .critical_search import COINCIDE_ALONE, LEFT_OUT, CriticalSearch, NodeClaim, set_node
 from .critical_state import critical_states, load_factor_bounds

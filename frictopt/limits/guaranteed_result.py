@@ -9,8 +9,7 @@ import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact import LimitKind, SolveRecord, components, frame, places
-from ..contact.checks import Array, finite_number, frozen
+from ..contact import Array, LimitKind, SolveRecord, components, finite_number, frame, frozen, places
 from ..errors import ModelError
 from ..solve.explain import Units, explain
 from .answered import Mechanism, Rated

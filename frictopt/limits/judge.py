@@ -6,8 +6,7 @@ from typing import TypeAlias, TypeVar
 
 import numpy as np
 
-from ..contact import LimitKind, SolveRecord
-from ..contact.checks import FLOOR, RESIDUAL, Array
+from ..contact import FLOOR, RESIDUAL, Array, LimitKind, SolveRecord
 from ..solve.standard_form import StandardForm
 from .answered import Answered, Mechanism
 from .mirrors import on_whole

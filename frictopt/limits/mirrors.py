@@ -16,8 +16,7 @@ from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
-from ..contact import ContactSystem
-from ..contact.checks import CONDENSATION, ROUNDING, SAME_POINT, Array, Integers
+from ..contact import CONDENSATION, ROUNDING, SAME_POINT, Array, ContactSystem, Integers
 from .answered import Mechanism
 from .question import Images, LimitQuestion
 

@@ -14,8 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..contact import ContactSystem, joined
-from ..contact.checks import CONDENSATION, ROUNDING, Array, Booleans
+from ..contact import CONDENSATION, ROUNDING, Array, Booleans, ContactSystem, joined
 from ..errors import ModelError, NoContinuation
 from .question import LimitQuestion, units_of
 

@@ -8,7 +8,7 @@ import cvxpy as cp
 import numpy as np
 from cvxpy.reductions.dcp2cone.dcp2cone import Dcp2Cone
 
-from ..contact.checks import Array, shown
+from ..contact import Array, shown
 from ..errors import ModelError
 from ..solve.standard_form import StandardForm, compiled
 

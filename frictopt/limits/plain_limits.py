@@ -8,8 +8,7 @@ from time import perf_counter
 
 import numpy as np
 
-from ..contact import LimitKind, SolveRecord
-from ..contact.checks import GROWN, RESIDUAL, Array
+from ..contact import GROWN, RESIDUAL, Array, LimitKind, SolveRecord
 from ..contact.diagnosis import growth_diagnosis
 from ..errors import ModelError, SolverError
 from ..solve.contradiction import contradiction, is_unbounded

@@ -8,8 +8,7 @@ import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact import ContactSystem, LoadCycle, SolveRecord
-from ..contact.checks import RESIDUAL, ROUNDING, Array, finite_number, frozen, place
+from ..contact import RESIDUAL, ROUNDING, Array, ContactSystem, LoadCycle, SolveRecord, finite_number, frozen, place
 from ..errors import SolverError
 from ..solve.solvers import solve
 from .answered import Answered, Mechanism

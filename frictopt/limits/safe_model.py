@@ -8,8 +8,7 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, parted
-from ..contact.checks import Array
+from ..contact import Array, ContactSystem, LoadCycle, parted
 from ..solve.solvers import LP, SOCP, solver_order
 from .answered import Answered
 from .design_loads import DesignLoads

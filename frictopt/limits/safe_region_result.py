@@ -7,8 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 
-from ..contact import LoadCycle, Plotted, Recorded, SolveRecord, frame
-from ..contact.checks import Array, finite_number
+from ..contact import Array, LoadCycle, Plotted, Recorded, SolveRecord, finite_number, frame
 
 
 @dataclass(frozen=True, eq=False, repr=False)

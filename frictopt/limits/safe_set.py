@@ -17,8 +17,7 @@ from scipy.linalg import qr, svd
 from scipy.optimize import nnls
 from scipy.sparse import csr_array
 
-from ..contact import lengths
-from ..contact.checks import CONDENSATION, RESIDUAL, Array, Integers
+from ..contact import CONDENSATION, RESIDUAL, Array, Integers, lengths
 from ..solve.explain import Units
 from .answered import Mechanism
 from .design_loads import DesignLoads

@@ -8,8 +8,7 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import RESIDUAL, Array, finite_number, listed, warns_of_odd_values
+from ..contact import RESIDUAL, Array, ContactSystem, LoadCycle, finite_number, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
 from ..solve.contradiction import contradiction
 from ..solve.solvers import NoOptimum, solve

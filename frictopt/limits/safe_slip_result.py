@@ -7,8 +7,7 @@ from typing import IO
 import cvxpy as cp
 import pandas as pd
 
-from ..contact import SolveRecord, unscaled_diagnosis
-from ..contact.checks import ROUNDING, Array
+from ..contact import ROUNDING, Array, SolveRecord, unscaled_diagnosis
 from ..solve.explain import Units, explain
 from .answered import Answered, Mechanism
 from .question import LimitQuestion

@@ -13,8 +13,7 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
-from ..contact import ContactSystem, LoadCycle, SolveRecord
-from ..contact.checks import Array, finite_array, finite_number, frozen, warns_of_odd_values
+from ..contact import Array, ContactSystem, LoadCycle, SolveRecord, finite_array, finite_number, frozen, warns_of_odd_values
 from ..solve.solvers import NoOptimum, solve
 from .friction_bounds import safe_set
 from .mirrors import on_whole

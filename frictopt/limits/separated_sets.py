@@ -9,8 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..contact import LimitKind, SolveRecord
-from ..contact.checks import RESIDUAL, Booleans
+from ..contact import RESIDUAL, Booleans, LimitKind, SolveRecord
 from ..errors import FrictoptError, SolverError
 from .answered import Mechanism
 from .open_nodes import compliance, open_under_mean, rest_of

@@ -18,8 +18,7 @@ import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact import ContactSystem, LimitKind, LoadCycle, SolveRecord
-from ..contact.checks import RESIDUAL, Array, listed, warns_of_odd_values
+from ..contact import RESIDUAL, Array, ContactSystem, LimitKind, LoadCycle, SolveRecord, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
 from ..solve.solvers import solve
 from .judge import answered, judged, judged_by_rows, refuted

@@ -8,8 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem
-from ..contact.checks import RESIDUAL, Array
+from ..contact import RESIDUAL, Array, ContactSystem
 from ..contact.parts import runs
 from .style import BLACK, GREY, SERIES, Look, series
 

@@ -6,8 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..contact import ContactSystem, LoadCycle
-from ..contact.checks import Array
+from ..contact import Array, ContactSystem, LoadCycle
 from .along import label_panels, lines
 from .bodies import finish, spread
 from .style import BLACK, AxesArray, legend, line, new_axes, picture, series

@@ -4,8 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
-from ..contact import Table
-from ..contact.checks import Array, Integers
+from ..contact import Array, Integers, Table
 from ..histories.damping import DampingCurve
 from ..histories.excursion import LeastExcursion
 from ..histories.protocols import REST, SLIP, UNDECIDED, LimitAfterProtocol

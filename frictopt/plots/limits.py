@@ -7,8 +7,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..contact import ContactSystem, Onset, lengths
-from ..contact.checks import RESIDUAL, Array, Booleans
+from ..contact import RESIDUAL, Array, Booleans, ContactSystem, Onset, lengths
 from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, SeparatedLimit, ShakedownLimit
 from .along import circle, friction_ratio, label_panels, lines, lines_or_band, looks, node_at, ratios
 from .spatial import face_map, ratio_map

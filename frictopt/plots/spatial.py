@@ -9,8 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.transforms import offset_copy
 from matplotlib.tri import Triangulation
 
-from ..contact import ContactSystem
-from ..contact.checks import RESIDUAL, Array, Booleans, Integers
+from ..contact import RESIDUAL, Array, Booleans, ContactSystem, Integers
 from ..errors import ModelError
 from ..transients import SteadyState
 from .bodies import spread

@@ -10,7 +10,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from ..contact.checks import Array, Integers, shown, whole_number
+from ..contact import Array, Integers, shown, whole_number
 from ..contact.files import output
 from ..transients import Trajectory
 from .along import label_contacts, parts

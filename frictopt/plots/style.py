@@ -14,7 +14,7 @@ from matplotlib.text import Text
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
 
-from ..contact.checks import shown
+from ..contact import shown
 from ..contact.units import in_units
 from ..errors import ModelError
 

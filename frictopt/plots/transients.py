@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..contact.checks import ROUNDING, SIMULTANEOUS, Array
+from ..contact import ROUNDING, SIMULTANEOUS, Array
 from ..histories.dissipation_range import DissipationRange
 from ..transients import LoadLoop, SteadyState, Trajectory
 from .along import label_panels, lines, lines_or_band, node_at

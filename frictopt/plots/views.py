@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact.checks import choice, finite_number, shown
+from ..contact import choice, finite_number, shown
 from ..contact.units import in_units
 from ..errors import ModelError
 from ..fem.model import ContactModel

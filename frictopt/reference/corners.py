@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact.checks import Array, choice, finite_array, finite_number
+from ..contact import Array, choice, finite_array, finite_number
 from ..errors import ModelError
 
 _HALF_ANGLE = 3 * pi / 4

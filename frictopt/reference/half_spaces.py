@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..contact.checks import Array, finite_number, whole_number
+from ..contact import Array, finite_number, whole_number
 from ..errors import ModelError
 from .hertz import poisson_ratio
 

@@ -6,7 +6,7 @@ from math import pi, sqrt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact.checks import Array, finite_array, finite_number
+from ..contact import Array, finite_array, finite_number
 from ..errors import ModelError
 
 

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from ..contact import ContactSystem, checked_plane
-from ..contact.checks import CONDENSATION, Array, frozen
+from ..contact import CONDENSATION, Array, ContactSystem, checked_plane, frozen
 
 _PULL = CONDENSATION  # a stiffness between two nodes up to this share of the largest entry of A and B counts as none: the data have this error
 

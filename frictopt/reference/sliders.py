@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact.checks import finite_number, whole_number
+from ..contact import finite_number, whole_number
 from ..errors import ModelError
 from .uncoupled import each_node
 

@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact.checks import ROUNDING, Array, finite_array, finite_number, per_node
+from ..contact import ROUNDING, Array, finite_array, finite_number, per_node
 from ..errors import ModelError
 
 

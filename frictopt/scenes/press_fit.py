@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from skfem import MeshQuad
 
-from ..contact.checks import Array
+from ..contact import Array
 from ..fem.bodies import Body, Support
 from ..fem.contacts import Contact, Interference
 from ..fem.elasticity import Material

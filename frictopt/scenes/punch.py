@@ -7,8 +7,7 @@ from typing import Literal
 import numpy as np
 from skfem import MeshHex, MeshQuad
 
-from ..contact import ContactSystem
-from ..contact.checks import Array, choice, finite_number, frozen, shown
+from ..contact import Array, ContactSystem, choice, finite_number, frozen, shown
 from ..errors import ModelError
 from ..fem.bodies import Body, Support
 from ..fem.contacts import Contact

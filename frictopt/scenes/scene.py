@@ -6,8 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..contact import ContactSystem, Plotted
-from ..contact.checks import Array, finite_number, shown, whole_number
+from ..contact import Array, ContactSystem, Plotted, finite_number, shown, whole_number
 from ..errors import ModelError
 from ..fem.elasticity import Material
 from ..fem.model import ContactModel

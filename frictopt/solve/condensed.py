@@ -16,7 +16,7 @@ from scipy.linalg.lapack import dpotrf, dpotrs
 from scipy.sparse import csc_array, csr_array, hstack
 from scipy.sparse.csgraph import connected_components
 
-from ..contact.checks import Array
+from ..contact import Array
 from .cones import Scaling
 
 _LONG = 0.2  # share of the unknowns from which on a row counts as dense, and of the rows from which on all nodes share an unknown

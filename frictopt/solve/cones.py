@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..contact.checks import Array, Integers
+from ..contact import Array, Integers
 
 
 class Cones:

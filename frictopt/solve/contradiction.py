@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import cvxpy as cp
 import numpy as np
 
-from ..contact.checks import RESIDUAL, Array
+from ..contact import RESIDUAL, Array
 from .solvers import solve
 from .standard_form import StandardForm
 

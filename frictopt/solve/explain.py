@@ -8,7 +8,7 @@ import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact.checks import RESIDUAL, Array
+from ..contact import RESIDUAL, Array
 
 _BINDING = 100 * RESIDUAL  # slack below which a row is printed as binding: solvers leave more than the residual before the polish
 

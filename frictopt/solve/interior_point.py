@@ -22,7 +22,7 @@ from cvxpy.reductions.solvers.conic_solvers.clarabel_conif import CLARABEL
 from cvxpy.reductions.solvers.conic_solvers.conic_solver import ConicSolver
 from scipy.sparse import csr_array
 
-from ..contact.checks import FLOOR, Array
+from ..contact import FLOOR, Array
 from .condensed import Condensed, Equations
 from .cones import Cones, Scaling
 

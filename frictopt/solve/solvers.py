@@ -13,8 +13,7 @@ import cvxpy as cp
 import numpy as np
 from highspy import Highs
 
-from ..contact import Attempt, SolveRecord
-from ..contact.checks import RESIDUAL, shown
+from ..contact import RESIDUAL, Attempt, SolveRecord, shown
 from ..errors import ModelError, SolverError
 from .interior_point import InteriorPoint
 from .standard_form import polish

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import lstsq, null_space
 from scipy.sparse import csr_array
 
-from ..contact.checks import FLOOR, ROUNDING, STALLED, Array, Integers
+from ..contact import FLOOR, ROUNDING, STALLED, Array, Integers
 
 _NOT_UNIQUE = ROUNDING / 10  # singular directions of these equations, over the largest: there the solution stays as it is
 _POLISHED = 1e-3 * ROUNDING  # errors of the equations of active cones that no step makes smaller

@@ -6,8 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..contact import Outcome, parted
-from ..contact.checks import PERIODIC, REPEATED, RESIDUAL
+from ..contact import PERIODIC, REPEATED, RESIDUAL, Outcome, parted
 from ..errors import NoContinuation, SolverError
 from .begin import Cycle, Transient
 from .judge import at_rest, distance_left, fixed_point, limit_of, slips, work_error

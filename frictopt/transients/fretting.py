@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import Table, components, frame, places
-from ..contact.checks import COUNTS, Array, finite_array, listed
+from ..contact import COUNTS, Array, Table, components, finite_array, frame, listed, places
 from ..errors import ModelError
 from .trajectory import Trajectory
 

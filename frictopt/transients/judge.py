@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..contact.checks import LEVEL, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAME_STATE, Array
+from ..contact import LEVEL, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAME_STATE, Array
 from .begin import Cycle, Transient
 
 # A node's pressure below this share of the mean one is too little to judge its slip by: its bounds have the error of an answer.

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..contact import Plotted, Shown, Table, frame
-from ..contact.checks import Array, Integers
+from ..contact import Array, Integers, Plotted, Shown, Table, frame
 
 
 @dataclass(frozen=True, eq=False, repr=False)

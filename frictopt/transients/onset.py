@@ -3,8 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, Onset, checked_cycle, checked_system, friction_coefficients
-from ..contact.checks import warns_of_odd_values
+from ..contact import ContactSystem, LoadCycle, Onset, checked_cycle, checked_system, friction_coefficients, warns_of_odd_values
 from ..contact.onset import onset_from
 from ..errors import FrictoptError
 

@@ -7,8 +7,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.linalg.lapack import dpstrf
 
-from ..contact import ContactSystem
-from ..contact.checks import COUNTS, RIGID, Array
+from ..contact import COUNTS, RIGID, Array, ContactSystem
 from ..errors import NoContinuation, SolverError
 
 _WITHIN, _PROJECTIONS = 0.99, 50  # of the friction, so that a projection comes to lie within it; at most

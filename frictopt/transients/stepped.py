@@ -7,8 +7,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact import ContactSystem
-from ..contact.checks import Array, whole_number
+from ..contact import Array, ContactSystem, whole_number
 from ..errors import ModelError, NoContinuation, SolverError
 from .begin import OPEN, STICK, Cycle, Transient
 from .sliding import check_sliding, rigid_motions

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix, triu
 
-from ...contact.checks import Integers, shown, whole_array
+from ...contact import Integers, shown, whole_array
 from ...errors import ModelError
 from .deck import Deck, deck_of_points
 from .job import MatrixJob

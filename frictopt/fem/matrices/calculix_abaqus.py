@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from ...contact.checks import ROUNDING, SAME_POINT, Booleans, Integers
+from ...contact import ROUNDING, SAME_POINT, Booleans, Integers
 from ...errors import ModelError
 from .deck import Deck, read_deck
 from .job import MatrixJob

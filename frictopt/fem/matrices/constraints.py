@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 
-from ...contact.checks import ROUNDING, Array, Booleans, Integers, whole, whole_array
+from ...contact import ROUNDING, Array, Booleans, Integers, whole, whole_array
 from ...errors import ModelError
 from .text import Block, entries, fields, number
 

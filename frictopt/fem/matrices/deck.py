@@ -10,8 +10,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...contact import Shown
-from ...contact.checks import Array, Integers, finite_array, frozen, shown, whole, whole_array, whole_number
+from ...contact import Array, Integers, Shown, finite_array, frozen, shown, whole, whole_array, whole_number
 from ...errors import ModelError
 from .constraints import CONSTRAINING, Constraints, constraints_of
 from .kinds import FACELESS, LINES, PLANE, PLANES, SHAPES, SOLID, SOLIDS, shape_of

@@ -8,7 +8,7 @@ from scipy.sparse import csr_matrix, diags
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
-from ...contact.checks import Array, Integers, finite_array, finite_number, frozen, real_array, shown
+from ...contact import Array, Integers, finite_array, finite_number, frozen, real_array, shown
 from ...errors import ModelError
 from ..elasticity import boundary_forces
 from ..elements import facet_nodes, midside_ties

@@ -13,8 +13,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
-from ...contact import Shown
-from ...contact.checks import Array, Integers, frozen, place, shown, whole
+from ...contact import Array, Integers, Shown, frozen, place, shown, whole
 from ...errors import ModelError
 from ..elements import parts_of, places_among
 from ..faces import lines_along

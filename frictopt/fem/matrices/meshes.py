@@ -12,7 +12,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from skfem import Mesh
 
-from ...contact.checks import SAME_POINT, Array, Integers, place, shown
+from ...contact import SAME_POINT, Array, Integers, place, shown
 from ...errors import ModelError
 from ..elements import QUADRATIC, completion, places_among
 from .constraints import Constraints

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...contact.checks import Array, Integers, finite_array, finite_number, frozen, whole_array
+from ...contact import Array, Integers, finite_array, finite_number, frozen, whole_array
 from ...errors import ModelError
 from ..given import checked_stiffness
 from .constraints import displaced

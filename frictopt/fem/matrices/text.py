@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from ...contact.checks import Array, Integers
+from ...contact import Array, Integers
 from ...errors import ModelError
 from .kinds import node_count
 

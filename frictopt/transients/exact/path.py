@@ -5,8 +5,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...contact import ContactState, ContactSystem, LoadCycle, checked_plane, off_law
-from ...contact.checks import RESIDUAL, Array
+from ...contact import RESIDUAL, Array, ContactState, ContactSystem, LoadCycle, checked_plane, off_law
 from ...contact.history import turning_points
 from ...errors import NoContinuation
 from ..begin import Cycle, Transient

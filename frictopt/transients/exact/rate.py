@@ -11,7 +11,7 @@ from itertools import product
 import numpy as np
 from scipy.linalg.blas import dger
 
-from ...contact.checks import CONDENSATION, RESIDUAL, ROUNDING, Array
+from ...contact import CONDENSATION, RESIDUAL, ROUNDING, Array
 from .kernel import OPEN, STICK, State, at_bound
 
 _PIVOT = 10 * ROUNDING  # pivots of Lemke's tableau up to this count as zero: a pivot adds its rounding to that of the entries

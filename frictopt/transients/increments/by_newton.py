@@ -7,8 +7,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...contact import ContactSystem, SolveRecord, joined, parted
-from ...contact.checks import RESIDUAL, ROUNDING, Array
+from ...contact import RESIDUAL, ROUNDING, Array, ContactSystem, SolveRecord, joined, parted
 from ...errors import SolverError
 from ..exact.kernel import increment
 from .increment import FrictionIncrement, Increment, Posed, force_scale

@@ -18,8 +18,7 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...contact import ContactSystem, checked_plane
-from ...contact.checks import Array
+from ...contact import Array, ContactSystem, checked_plane
 from .by_newton import NewtonIncrement
 from .increment import Posed
 

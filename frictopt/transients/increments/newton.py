@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.linalg import lstsq
 from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
 
-from ...contact.checks import ROUNDING, STALLED, Array
+from ...contact import ROUNDING, STALLED, Array
 from ..begin import OPEN, SLIP, STICK
 
 _NEWTON = 1e-2 * ROUNDING  # dimensionless errors of the law from which on Newton's method is done

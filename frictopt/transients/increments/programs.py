@@ -18,8 +18,7 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...contact import Attempt, ContactSystem, SolveRecord, checked_plane, joined
-from ...contact.checks import RESIDUAL, Array, finite_number
+from ...contact import RESIDUAL, Array, Attempt, ContactSystem, SolveRecord, checked_plane, finite_number, joined
 from ...errors import NoContinuation, SolverError
 from ...solve.solvers import NoOptimum, solve
 from ..begin import OPEN
