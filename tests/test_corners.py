@@ -1,6 +1,7 @@
 """Corners at which three bodies meet, in the plane and in space: against uniform stress, and against equations with multipliers by dense algebra."""
 
 import re
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -11,6 +12,7 @@ from skfem.models.elasticity import linear_elasticity
 import frictopt as fo
 from meshes import matrices_of
 from multipliers import Assembled, by_multipliers, glued_pairs
+from spatial import vectors
 
 KINDS = [MeshQuad, MeshTri, MeshHex, MeshTet]
 SHIMS = {"left": (0.0, 1.0, 0.0, 0.75), "right": (1.0, 2.0, 0.0, 0.75)}
@@ -110,6 +112,28 @@ def test_the_first_contact_of_the_list_has_the_corner():
 def test_a_face_that_is_all_corners_is_refused():
     with pytest.raises(fo.ModelError, match=re.escape("all nodes of 'left right' are corners that contacts before it have, the first at (1, 0)")):
         shims(MeshQuad, up=1)
+
+
+@pytest.mark.parametrize(("floor", "arch"), [(4, 0.0), (5, 0.0), (4, 0.8)])
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_face_with_two_names_is_one_face(kind, floor, arch):
+    """On a floor whose nodes match and do not, and bent to an arch."""
+    systems = []
+    for names in ({"face": (0.0, 1.0)}, {"left": (0.0, 0.5), "right": (0.5, 1.0)}):
+        faces = {name: (lambda x, a=a, b=b: np.isclose(x[1], 0) & (a < x[0]) & (x[0] < b)) for name, (a, b) in names.items()}
+        meshes = [box(kind, 0, 1, 0, 1, 4).with_boundaries(faces), box(kind, 0, 1, -1, 0, floor)]
+        bent = [replace(mesh, doflocs=mesh.p + arch * np.outer(np.arange(len(mesh.p)) == 1, mesh.p[0] * (1 - mesh.p[0]))) for mesh in meshes]
+        contacts = [fo.Contact("block", "floor", name, "y1") for name in faces]
+        loads = {"P": [fo.Traction("block", "y1", x=0.3, y=-1.0)]}
+        bodies = dict(zip(("block", "floor"), map(fo.Body, bent), strict=True))
+        systems.append(fo.ContactModel(bodies, [fo.Support("floor", "y0")], loads, contacts).condense())
+    one, two = systems
+    order = [np.linalg.norm(two.points - point, axis=1).argmin() for point in one.points]
+    rows = (np.array(order) + one.nodes * np.arange(one.tangents + 1)[:, None]).ravel()
+    assert one.nodes == two.nodes and len(set(two.contact)) == 2 and np.allclose(two.width[order], one.width, rtol=1e-12)
+    assert np.allclose(two.frames[order], one.frames, rtol=0, atol=1e-12)
+    assert np.allclose(two.S[np.ix_(rows, rows)], one.S, rtol=0, atol=1e-10 * np.abs(one.S).max())
+    assert np.allclose(vectors(two)["P"][rows], vectors(one)["P"], rtol=0, atol=1e-10)
 
 
 def corner_block():

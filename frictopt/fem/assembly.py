@@ -160,9 +160,9 @@ class Assembly:
         links, near, others = projection.tocoo(), same_point(self.points), np.full(len(ones), -1)
         lie = np.linalg.norm(self.points[links.col] - self.points[ones[links.row]], axis=1) <= near
         others[links.row[lie]] = links.col[lie]
-        kept, means = shares(contacts, number, ones, others, self.points[ones], widths, near)
+        kept, means, normals = shares(contacts, number, ones, others, self.points[ones], normals, widths, near)
         opening = csr_matrix(means @ openings(ones, projection))
-        normals, able = guided(ones[kept], opening, self.free_rows, normals[kept], self.points, near)
+        normals, able = guided(ones[kept], opening, self.free_rows, normals, self.points, near)
         self.interface = Interface(ones[kept], opening, frames_of(normals), able)
         self.sides = identity(len(self.points), format="csr")[ones[kept]], projection[kept]
         self.contact, self.gap, self.width = number[kept], np.asarray(means @ gap), np.asarray((means > 0) @ np.where(ones == others, 0.0, widths))

@@ -47,7 +47,8 @@ class ContactModel(Shown, Viewed):
         Load case name -> its loads: Traction, Pressure, BodyForce, Centrifugal, Expansion, Displacement, Interference, BoltPreload.
     contacts
         The contacts, each of another name. None given: two bodies, the first of them body 1, meet along the boundary "contact" of both. A corner node
-        belongs to as many contacts as faces end there. Where its motion in the last of them follows from the others, the next node stands for both.
+        belongs to as many contacts as faces end there. Where its motion in the last of them follows from the others, the next node stands for both;
+        where the faces go on smoothly, the first contact has it alone.
     kinematics
         Of plane meshes "plane_strain" (None says so too), "plane_stress", or "axisymmetric": x is then the radius and x = 0 the axis, and stiffness,
         forces and widths (which are areas) are those of the whole circumference; slips are along the meridian. Of meshes in space "space" (or None).
