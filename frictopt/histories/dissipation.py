@@ -17,7 +17,7 @@ from ..errors import ModelError, SolverError, StoreError
 from ..limits import ShakedownLimit, shakedown_limit
 from .run import Case, Row, Run, execute
 from .starts import Start, checked_starts
-from .store import TYPES, Store
+from .store import FAILED, TYPES, Store
 
 _COLUMNS = (
     "friction friction_std friction_number load_factor load_ratio shakedown_limit start family seed amplitude outcome dissipation dissipation_scaled "
@@ -68,7 +68,8 @@ def dissipation_study(
         Any executor of `concurrent.futures`' interface, such as a `ProcessPoolExecutor` or a dask client's `get_executor()`; None: runs are
         followed one by one in this process. A run that it loses is a row that says so, and is not kept in the store.
     store
-        File that keeps each finished run by its content: a study that is started again computes only the missing runs. Several studies may share the
+        File that keeps each finished run by its content: a study that is started again computes only the missing runs and
+        those that failed, which other versions may follow. Several studies may share the
         file on a disk of this machine. `results.read_store` reads it.
     progress
         Show count, rate and time left, on a terminal and in a notebook.
@@ -124,7 +125,7 @@ def dissipation_study(
         keys = {run.key: run for run in runs}
         try:
             if kept is not None:
-                rows.update((row["key"], row) for row in kept.read().to_dict("records") if row["key"] in keys)
+                rows.update((row["key"], row) for row in kept.read().to_dict("records") if row["key"] in keys and row["outcome"] != FAILED)
             missing = [run for key, run in keys.items() if key not in rows]
             bar = stack.enter_context(bar_of(progress, "transients", "run", total=len(keys), initial=len(rows)))
             for row, answered in stack.enter_context(closing(execute(missing, executor))):

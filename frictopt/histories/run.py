@@ -19,6 +19,7 @@ from ..limits import ShakedownLimit
 from ..transients import steady_state
 from ..transients.exact.kernel import compiled
 from .starts import Start, root_mean_square
+from .store import FAILED
 
 _libraries = cache(ThreadpoolController)  # of BLAS, found once
 _BATCH = 16  # runs in one task of an executor: the arrays of their contact are sent once for all of them
@@ -145,7 +146,7 @@ def _row(run: Run) -> Row:
 
 def _failed(run: Run, error: str, seconds: float = np.nan) -> Row:
     """The row of a run that has no result."""
-    return _input(run) | {"outcome": "FAILED", "engine": "path" if run.case.system.tangents == 1 else "newton", "seconds": seconds, "error": error}
+    return _input(run) | {"outcome": FAILED, "engine": "path" if run.case.system.tangents == 1 else "newton", "seconds": seconds, "error": error}
 
 
 def _input(run: Run) -> Row:

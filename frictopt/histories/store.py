@@ -37,6 +37,8 @@ TYPES = {
     "error": "str",
 }
 """Types of the columns in a DataFrame."""
+FAILED = "FAILED"
+"""Outcome of a run that has no result, which other versions may have."""
 _SQL = {"str": "text", "float64": "real", "Int64": "integer"}
 _DECLARED = ", ".join(f"{name} {_SQL[kind]}" for name, kind in TYPES.items())
 _SCHEMA = f"CREATE TABLE runs ({_DECLARED}, checksum integer, PRIMARY KEY (key)) WITHOUT ROWID"
@@ -200,7 +202,7 @@ def merge_stores(into: str | os.PathLike[str], parts: Iterable[str | os.PathLike
     Returns
     -------
     int
-        The number of runs that the store holds then; a run that several parts hold counts once.
+        The number of runs that the store holds then; a run that several parts hold counts once, with a result if one has it.
 
     Raises
     ------
@@ -225,8 +227,10 @@ def merge_stores(into: str | os.PathLike[str], parts: Iterable[str | os.PathLike
     """
     found = [row for part in listed("parts", parts) for row in read_store(part).to_dict("records")]
     with closing(Store(into)) as store:
-        for row in found:
-            store.write(row)
+        known = set(store.read()["key"])
+        for row in sorted(found, key=lambda row: row["outcome"] != FAILED):  # results last: they replace failures, never the other way round
+            if row["outcome"] != FAILED or row["key"] not in known:
+                store.write(row)
         return len(store.read())
 
 
