@@ -12,6 +12,7 @@ import pytest
 import frictopt as fo
 from frictopt.limits.question import pose
 from frictopt.limits.separated_sets import open_set_limit
+from frictopt.solve import solvers as policy
 from separation import pulled_system, resting_starts, rests
 from studies.validation.open_patterns import every_pattern, largest_with_open
 from systems import CYCLE, NODE, explained, system
@@ -156,6 +157,12 @@ def test_a_search_tree_without_nodes_left_says_what_to_give(punch, paper_cycle):
     assert limit.bound == np.inf and "separated_limit(..., most_nodes=...)" in limit.reason
     with pytest.raises(fo.ModelError, match="most_nodes"):
         fo.separated_limit(punch(4), paper_cycle, 0.6, most_nodes=0)
+
+
+def test_where_the_solver_of_the_bound_fails_the_reason_says_so(punch, paper_cycle, monkeypatch):
+    monkeypatch.setattr(policy, "_HIGHS_BOUND", {"threads": -1})
+    limit = fo.separated_limit(rounded(punch(4), 2.0), paper_cycle, 0.6)
+    assert limit.bound == np.inf and "HiGHS fails: " in limit.reason and "(threads, -1)" in limit.reason and "nodes left" not in limit.reason
 
 
 @pytest.mark.parametrize("shear", [0.3, 0.0])

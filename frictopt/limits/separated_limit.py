@@ -249,7 +249,7 @@ def _bound(task: LimitQuestion, best: ShakedownLimit | None, most_nodes: int) ->
     for up_to in (begin * _WIDER ** np.arange(_ROUNDS)).tolist():
         program = corner_program(task, largest * (1 - _ONE_LIMIT), up_to)
         found = bounds(program.problem, most_nodes)
-        attempts.append(Attempt("HIGHS", f"load factors up to {up_to:.6g}: {found.status.value}", 0.0))
+        attempts.append(Attempt("HIGHS", f"load factors up to {up_to:.6g}: {found.status.value}{'; ' * bool(found.why)}{found.why}", 0.0))
         value, why = np.inf, ""
         if found.status is BoundStatus.INFEASIBLE:
             value, why = (np.nan, "") if best is None else (np.inf, "it is outside of what the bound covers")
@@ -258,7 +258,7 @@ def _bound(task: LimitQuestion, best: ShakedownLimit | None, most_nodes: int) ->
         elif found.bound < 1 - _ONE_LIMIT:
             value, why = max(found.bound * up_to, largest), "above it the mixed-integer program allows states that open and close in each cycle"
         elif found.status is not BoundStatus.OPTIMAL:
-            why = "no bound, for the search tree has no nodes left; `separated_limit(..., most_nodes=...)` gives it more"
+            why = f"no bound, for {found.why}" + "; `separated_limit(..., most_nodes=...)` gives it more" * ("nodes" in found.why)
         if why or np.isnan(value):
             break
     else:

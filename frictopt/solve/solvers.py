@@ -175,16 +175,17 @@ class BoundStatus(Enum):
 
     OPTIMAL = "the program is solved"
     INFEASIBLE = "the program has no solution"
-    FOUND = "node limit of the search tree reached, and a solution is found"
-    OPEN = "node limit of the search tree reached, and no solution is found"
+    FOUND = "no end, and a solution is found"
+    OPEN = "no end, and no solution is found"
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """Upper bound of a largest objective (-inf where there is no solution, inf where nothing is known), and how it was found."""
+    """Upper bound of a largest objective (-inf where there is no solution, inf where nothing is known), how it was found, and why it is none."""
 
     bound: float
     status: BoundStatus
+    why: str = ""
 
 
 def bounds(problem: cp.Problem, most_nodes: int) -> Bounds:
@@ -194,8 +195,8 @@ def bounds(problem: cp.Problem, most_nodes: int) -> Bounds:
         Highs.resetGlobalScheduler(True)  # else HiGHS refuses one thread where a solution before, on more processors, has begun with several
         try:
             problem.solve(solver="HIGHS", warm_start=False, highs_options={**_HIGHS_BOUND, "mip_max_nodes": most_nodes})
-        except (cp.SolverError, ValueError, ArithmeticError):
-            return Bounds(math.inf, BoundStatus.OPEN)
+        except (cp.SolverError, ValueError, ArithmeticError) as error:
+            return Bounds(math.inf, BoundStatus.OPEN, f"HiGHS fails: {str(error).splitlines()[0]}")
         finally:
             Highs.resetGlobalScheduler(True)  # for programs of others
     if problem.status == cp.INFEASIBLE:
@@ -205,4 +206,6 @@ def bounds(problem: cp.Problem, most_nodes: int) -> Bounds:
     if problem.status == cp.OPTIMAL:
         return Bounds(bound, BoundStatus.OPTIMAL)
     found = info.primal_solution_status == 2 and all(np.isfinite(variable.value).all() for variable in problem.variables())
-    return Bounds(bound if abs(bound) < 1e29 else math.inf, BoundStatus.FOUND if found else BoundStatus.OPEN)
+    stops = f"HiGHS stops ({problem.status}), after {_HIGHS_BOUND['time_limit']:g} s at most"
+    why = "the search tree has no nodes left" if info.mip_node_count >= most_nodes else stops
+    return Bounds(bound if abs(bound) < 1e29 else math.inf, BoundStatus.FOUND if found else BoundStatus.OPEN, why)
