@@ -391,7 +391,7 @@ FAULTS = (
           "punch scenes"),
     Fault("scenes/punch.py", "the top pulls", "{up: -1.0}", "{up: 1.0}", "models_in_space spatial_limits"),
     # spatial
-    Fault("limits/friction_bounds.py", "what the slip carries is added", "value - sense * float(", "value + sense * float(", "spatial_limits"),
+    Fault("limits/friction_bounds.py", "what the slip carries is added", "value - sense * min(", "value + sense * min(", "spatial_limits"),
     Fault("limits/judge.py", "more load never helps", "if not sense * drive > 0:", "if not drive > 0:", "least_load"),
     Fault("limits/judge.py", "stress of a mechanism is taken off the distance", "(abs(bound - load_factor) + off)",
           "abs(bound - load_factor + off)", "limit_checks"),

@@ -104,6 +104,17 @@ def test_safe_slips_end_at_the_limit_and_its_slip_carries_no_more(seed):
     assert march.cycle_work.sum() < 1e-15
 
 
+@pytest.mark.parametrize("seed", [6, 7, 14])
+def test_nodes_that_hardly_feel_the_load_do_not_move_the_limit_by_the_rounding_of_soft_slips(seed):
+    """Little but its spring resists that the whole body slides; half of the nodes stick whatever the load."""
+    contact, slides = random_contact(np.random.default_rng(seed), 12), np.kron(np.eye(3, 2), np.ones((12, 1))) / np.sqrt(12)
+    held, loaded = np.eye(36) - slides @ slides.T, np.tile(np.where(np.arange(12) < 6, 1e-4, 1.0), 3)
+    S = held @ contact.S @ held + 1e-6 * slides @ slides.T
+    cases = {name: r if name == "mean" else r * loaded for name, r in vectors(contact).items()}
+    soft = fo.ContactSystem((S + S.T) / 2, contact.points, cases)
+    assert fo.shakedown_limit(soft, cycle(), 0.5).load_factor == pytest.approx(polygon_limit(soft, cycle(), 0.5), rel=1e-7)
+
+
 def test_limits_that_hang_on_small_multipliers_are_certified():
     kinds = certified(range(30))
     assert kinds["FINITE"] >= 28 and kinds["refused"] <= 1

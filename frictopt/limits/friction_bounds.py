@@ -4,7 +4,7 @@ import cvxpy as cp
 import numpy as np
 from scipy.optimize import nnls
 
-from ..contact import NO_COUPLING, ROUNDING, Array, LoadCycle
+from ..contact import FLOOR, NO_COUPLING, RESIDUAL, ROUNDING, Array, LoadCycle
 from .answered import Mechanism
 from .design_loads import DesignLoads
 from .question import LimitQuestion
@@ -172,7 +172,8 @@ class Circles(SafeSet):
     def solved_load_factor(self) -> float:
         """The load factor of the solution, >= 0, moved to where its slip is within all circles: solvers obey them only up to their tolerance.
 
-        Circles are exceeded from rounding on: where a node carries nothing, what it can carry is lost in it.
+        Circles are exceeded from rounding on: where a node carries nothing, what it can carry is lost in it. It moves within the tolerance alone:
+        where a circle hardly feels the load, all of the load factor would go before the rounding of its slip does, which the referee allows.
         """
         task, value, slip = self.task, float(self.load_factor.value) * self.task.load_unit, self.solved_slip
         (r, r1), sense = (task.states(value, slip)[1], task.r1), 1.0 if isinstance(self.problem.objective, cp.Maximize) else -1.0
@@ -185,7 +186,8 @@ class Circles(SafeSet):
             rows.append((-task.gaps(value, slip) / task.clearance, -task.w1 / task.clearance))
         excess, rise = (np.concatenate([np.ravel(part) for part in parts]) for parts in zip(*rows, strict=True))
         beyond = (excess > _EXCEEDED) & (sense * rise > 0)
-        return max(0.0, value - sense * float((excess[beyond] / np.abs(rise[beyond])).max(initial=0.0)))
+        most = RESIDUAL / 2 * max(value, FLOOR * task.load_unit)
+        return max(0.0, value - sense * min(most, float((excess[beyond] / np.abs(rise[beyond])).max(initial=0.0))))
 
 
 def _outer_corners(cycle: LoadCycle) -> list[int]:
