@@ -16,8 +16,8 @@ from .fem.loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure
 from .fem.matrices.ansys_nastran import read_ansys, read_nastran
 from .fem.matrices.calculix_abaqus import read_abaqus, read_calculix
 from .fem.matrices.job import MatrixJob
+from .fem.matrices.labelled import modal_load
 from .fem.matrices.meshes import read_mesh
-from .fem.matrices.modes import modal_load
 from .fem.model import ContactModel
 from .fem.paraview import write_paraview
 from .histories import results, starts

@@ -8,8 +8,7 @@ from scipy.stats import ortho_group
 
 import frictopt as fo
 from frictopt.contact.parts import joined
-from frictopt.limits.mirrors import half_of, images_of
-from frictopt.limits.open_nodes import rest_of
+from frictopt.limits.parts import half_of, images_of, rest_of
 from frictopt.limits.question import pose
 
 SEEDS = pytest.mark.parametrize("seed", range(12))

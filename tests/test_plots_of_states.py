@@ -12,7 +12,8 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from PIL import Image
 
 import frictopt as fo
-from frictopt.plots import spatial, status
+from frictopt.plots import nodes as face_maps
+from frictopt.plots import transients
 from spatial import cycle, random_contact
 from systems import CYCLE, random_system
 
@@ -112,7 +113,7 @@ def test_a_picture_of_an_animation_shows_the_state_of_its_time(steps, tmp_path, 
             seen.append((axes.get_title(), [line.get_ydata() for line in axes.get_lines()[:3]], marks.get_facecolors(), colours))
         return SimpleNamespace(save=lambda *_, **__: None)
 
-    monkeypatch.setattr(status, "FuncAnimation", film)
+    monkeypatch.setattr(transients, "FuncAnimation", film)
     states.animate(tmp_path / "cycle.gif", frames=12)
     words = np.reshape(states.to_frame()["status"], states.p.shape)
     for time, (title, drawn, filled, colours) in zip(np.linspace(0.0, states.time[-1], 12), seen, strict=True):
@@ -176,10 +177,10 @@ def test_a_filled_face_leaves_its_hole_out_and_joins_no_contacts():
     ax = fo.shakedown_limit(contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), F).plot()
     (filled,) = [one for one in ax.collections if isinstance(one, TriMesh)]
     assert filled.get_array().shape == (len(points),)
-    mesh = spatial._triangles(contact, ring, np.ones(len(points), dtype=bool))
+    mesh = face_maps._triangles(contact, ring, np.ones(len(points), dtype=bool))
     corners = ring[mesh.get_masked_triangles()]
     sides = corners[:, 1:] - corners[:, :1]
     assert np.abs(np.linalg.det(sides)).sum() == pytest.approx(24 * np.sin(2 * np.pi / 24) * (3.5**2 - 2.0**2), rel=0.02)
     halves = replace(contact, contact=["a"] * 48 + ["b"] * 48)
-    apart = spatial._triangles(halves, ring, np.ones(len(points), dtype=bool)).get_masked_triangles()
+    apart = face_maps._triangles(halves, ring, np.ones(len(points), dtype=bool)).get_masked_triangles()
     assert ((apart < 48).all(axis=1) | (apart >= 48).all(axis=1)).all()

@@ -7,7 +7,7 @@ import frictopt as fo
 from frictopt.limits.answered import Mechanism
 from frictopt.limits.friction_bounds import safe_set
 from frictopt.limits.judge import judged
-from frictopt.limits.open_nodes import rest_of
+from frictopt.limits.parts import rest_of
 from frictopt.limits.question import pose, rigid_slides
 from oracle import Oracle
 

@@ -10,7 +10,7 @@ from skfem import Mesh
 
 from ..contact import Array, Integers, check_text, choice, finite_numbers, shown
 from ..errors import ModelError
-from .elasticity import ELEMENT_NAMES, ElementName, Material
+from .elasticity import ELEMENT_NAMES, KINEMATICS, ElementName, Kinematics, Material
 from .elements import QUADRATIC, facet_nodes, functions_of, parts_of, points_from, quadratic, through_corners
 
 Place = str | tuple[float, ...]
@@ -265,3 +265,27 @@ def split_bodies(mesh: Mesh, materials: Mapping[str, Material], *, element: Elem
         except ModelError as error:
             raise ModelError(f"body {name!r}: {error}") from error
     return bodies
+
+
+def checked_kinematics(kinematics: Kinematics | None, bodies: Mapping[str, Body]) -> Kinematics:
+    """Check the bodies, and the kinematics by their dimension."""
+    for name, body in bodies.items():
+        check_text("bodies: name", name, "a printable text")
+        if not isinstance(body, Body):
+            raise ModelError(f"bodies[{name!r}]: a {type(body).__name__}; give a Body(mesh, material)")
+    flat = {name: body.mesh.dim() == 2 for name, body in bodies.items()}
+    if len(set(flat.values())) > 1:
+        one, two = (next(name for name in flat if flat[name] == plane) for plane in (True, False))
+        raise ModelError(f"bodies: {one!r} is plane, {two!r} in space; give meshes of one dimension")
+    in_space = not all(flat.values())
+    if kinematics is None:
+        return "space" if in_space else "plane_strain"
+    if (choice("kinematics", kinematics, KINEMATICS) == "space") != in_space:
+        raise ModelError(f"kinematics: {kinematics!r} with bodies {'in space' if in_space else 'in the plane'}; leave it out, or give other meshes")
+    for name, body in bodies.items():
+        radius = body.mesh.p[0]
+        if kinematics == "axisymmetric" and radius.min() < 0:
+            raise ModelError(f"bodies[{name!r}]: x = {radius.min():g} at node {int(radius.argmin())}; of an axisymmetric body x is the radius, >= 0")
+        if kinematics == "axisymmetric" and body.element == "mean_dilatation":
+            raise ModelError(f"bodies[{name!r}]: element {body.element!r}; axisymmetric bodies have linear or quadratic elements")
+    return kinematics

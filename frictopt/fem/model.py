@@ -1,26 +1,26 @@
 """A contact of meshed bodies: its description by the user, and the checks of it."""
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, Shown, joined, parted
-from ..contact.checks import Array, check_name, check_text, checked_loads, choice, finite_array, frozen, listed_parts, shown
+from ..contact import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS, Array, ContactSystem, Shown, joined, parted
+from ..contact.checks import check_name, checked_loads, finite_array, frozen, listed_parts, shown
 from ..contact.parts import compliances
 from ..contact.units import checked_units
 from ..errors import ModelError, ModelWarning
 from .assembly import Assembly, Load
-from .bodies import Body, Support
+from .bodies import Body, Support, checked_kinematics
 from .bolts import BoltPreload
 from .condense import condensed
 from .contacts import Contact
-from .elasticity import KINEMATICS, Kinematics
+from .elasticity import Kinematics
 from .interface import check_course
 from .loads import Expansion
 from .recovery import BodyFields, Recovery, Steady, Viewed, strain_and_stress, warn_of_open_nodes
@@ -93,7 +93,7 @@ class ContactModel(Shown, Viewed):
             raise ModelError(f"bodies: {shown(self.bodies)}; give a mapping, name -> Body")
         if not isinstance(self.loads, Mapping) or not self.loads:
             raise ModelError(f"loads: {shown(self.loads)}; give at least one load case, name -> list of Traction")
-        kinematics = _checked_kinematics(self.kinematics, self.bodies)
+        kinematics = checked_kinematics(self.kinematics, self.bodies)
         contacts = listed_parts("contacts", self.contacts, Contact)
         if not contacts:
             if len(self.bodies) != 2:
@@ -226,6 +226,31 @@ class ContactModel(Shown, Viewed):
         q, p, v, w = map(frozen, (*parted(r, d), v, w))
         return BodyFields(moved, stress, strain, q, p, v, w, parts.bodies, self.units, parts.interface.frames, parts.sides)
 
+    def _over(self, steady: Steady, *, every: bool) -> Iterator[tuple[float, BodyFields, dict[str, Any]]]:
+        """The states of a steady cycle, at its corners or all: corners visited since the last one, fields, and status and work at the contact.
+
+        Raises
+        ------
+        ModelError
+            The steady state is that of another model.
+        """
+        states = steady.states()
+        last = np.append(np.diff(states.time) > SIMULTANEOUS, True)  # of the states of one time
+        corner = np.abs(states.time - np.round(states.time)) <= SIMULTANEOUS
+        before = 0
+        for state in np.flatnonzero(last if every else last & corner).tolist():
+            loads = {case: amplitude for case, amplitude in zip(states.system.bonded, states.amplitudes[state], strict=True) if amplitude}
+            fields = self.recover(loads, states.slip[state], states.gap[state])
+            off = max(np.abs(fields.q - states.q[state]).max(), np.abs(fields.p - states.p[state]).max())
+            if off > EQUILIBRIUM * np.abs(states.p).max():
+                raise ModelError(f"model: its fields miss the reactions of the steady state by {off:.1e}; give the one its system was condensed from")
+            work = states.work[state] - states.work[0]
+            way = np.ptp(states.slip[before : state + 1], axis=0).reshape(len(work), -1).max(axis=1)
+            slipped = way > RESIDUAL * np.abs(states.slip).max()
+            status = np.where(states.gap[state] > 0, 2, slipped).astype(np.int32)
+            yield float(states.time[state]), fields, {"status": status, "work": work, "work_density": work / self._parts.width}
+            before = state
+
     def _answer(self) -> Mapping[str, object]:
         counts = np.bincount(self._parts.contact, minlength=len(self.contacts)).tolist()
         bodies = {}
@@ -264,27 +289,3 @@ class ContactModel(Shown, Viewed):
 
 def _warn(text: str) -> None:
     warnings.warn(text, ModelWarning, stacklevel=4)  # where the model is made
-
-
-def _checked_kinematics(kinematics: Kinematics | None, bodies: Mapping[str, Body]) -> Kinematics:
-    """Check the bodies, and the kinematics by their dimension."""
-    for name, body in bodies.items():
-        check_text("bodies: name", name, "a printable text")
-        if not isinstance(body, Body):
-            raise ModelError(f"bodies[{name!r}]: a {type(body).__name__}; give a Body(mesh, material)")
-    flat = {name: body.mesh.dim() == 2 for name, body in bodies.items()}
-    if len(set(flat.values())) > 1:
-        one, two = (next(name for name in flat if flat[name] == plane) for plane in (True, False))
-        raise ModelError(f"bodies: {one!r} is plane, {two!r} in space; give meshes of one dimension")
-    in_space = not all(flat.values())
-    if kinematics is None:
-        return "space" if in_space else "plane_strain"
-    if (choice("kinematics", kinematics, KINEMATICS) == "space") != in_space:
-        raise ModelError(f"kinematics: {kinematics!r} with bodies {'in space' if in_space else 'in the plane'}; leave it out, or give other meshes")
-    for name, body in bodies.items():
-        radius = body.mesh.p[0]
-        if kinematics == "axisymmetric" and radius.min() < 0:
-            raise ModelError(f"bodies[{name!r}]: x = {radius.min():g} at node {int(radius.argmin())}; of an axisymmetric body x is the radius, >= 0")
-        if kinematics == "axisymmetric" and body.element == "mean_dilatation":
-            raise ModelError(f"bodies[{name!r}]: element {body.element!r}; axisymmetric bodies have linear or quadratic elements")
-    return kinematics

@@ -1,6 +1,6 @@
 """Files for ParaView: all bodies and the face of the contact in one, at one state or over a steady cycle."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from ..contact import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS, Array, Integers
+from ..contact import Array, Integers
 from ..errors import ModelError
 from .faces import facets_around
 from .given import same_point
@@ -69,37 +69,11 @@ def write_paraview(path: str | Path, model: ContactModel, result: BodyFields | S
     if isinstance(result, BodyFields):
         return _write_state(file, model, result, {})
     entries = []
-    for number, (time, fields, more) in enumerate(states_of(model, result, every=every)):
+    for number, (time, fields, more) in enumerate(model._over(result, every=every)):
         part = file.with_suffix("") / f"{number:04d}.vtm"
         _write_state(part, model, fields, more)
         entries.append({"timestep": f"{time:.9g}", "part": "0", "file": part.relative_to(file.parent).as_posix()})
     _write_list(file, "Collection", entries)
-
-
-def states_of(model: ContactModel, steady: Steady, *, every: bool) -> Iterator[tuple[float, BodyFields, dict[str, NDArray[Any]]]]:
-    """The states of a steady cycle, at its corners or all: corners visited since the last one, fields, and status and work at the contact.
-
-    Raises
-    ------
-    ModelError
-        The steady state is that of another model.
-    """
-    states = steady.states()
-    last = np.append(np.diff(states.time) > SIMULTANEOUS, True)  # of the states of one time
-    corner = np.abs(states.time - np.round(states.time)) <= SIMULTANEOUS
-    before = 0
-    for state in np.flatnonzero(last if every else last & corner).tolist():
-        loads = {case: amplitude for case, amplitude in zip(states.system.bonded, states.amplitudes[state], strict=True) if amplitude}
-        fields = model.recover(loads, states.slip[state], states.gap[state])
-        off = max(np.abs(fields.q - states.q[state]).max(), np.abs(fields.p - states.p[state]).max())
-        if off > EQUILIBRIUM * np.abs(states.p).max():
-            raise ModelError(f"model: its fields miss the reactions of the steady state by {off:.1e}; give the one its system was condensed from")
-        work = states.work[state] - states.work[0]
-        way = np.ptp(states.slip[before : state + 1], axis=0).reshape(len(work), -1).max(axis=1)
-        slipped = way > RESIDUAL * np.abs(states.slip).max()
-        status = np.where(states.gap[state] > 0, 2, slipped).astype(np.int32)
-        yield float(states.time[state]), fields, {"status": status, "work": work, "work_density": work / model._parts.width}
-        before = state
 
 
 def _write_state(file: Path, model: ContactModel, fields: BodyFields, more: Mapping[str, NDArray[Any]]) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from ..contact import RESIDUAL, ROUNDING, Array, LoadCycle, lengths, reactions
 from ..errors import ModelError, SolverError
 from ..limits import guaranteed_limit, shakedown_limit
-from ..limits.open_nodes import rest_under_mean
+from ..limits.parts import rest_under_mean
 from ..limits.question import LimitQuestion, pose
 from ..limits.safe_vertices import AdmissibleSlips
 

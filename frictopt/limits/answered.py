@@ -1,15 +1,17 @@
 """What the answers of limit questions have in common: the state under a residual slip at a load factor, and the mechanism that proves them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
+import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact import ContactState, ContactSystem, LoadCycle, Plotted, Recorded, components, frame, joined, lengths, parted, places
+from ..contact import ContactState, ContactSystem, LoadCycle, Plotted, Recorded, SolveRecord, components, frame, joined, lengths, parted, places
 from ..contact.checks import RESIDUAL, Array, Booleans, frozen
+from ..solve.explain import Units
 from .question import LimitQuestion
 
 _BARE = 10 * RESIDUAL  # share of the mean friction bound below which a node carries nothing, and its traction ratio is rounding
@@ -120,11 +122,13 @@ class Mechanism:
         return np.asarray(system.S[-system.nodes :] @ self.moves.sum(axis=0).ravel())
 
 
+@dataclass(frozen=True, eq=False, repr=False)
 class Answered(Recorded, Plotted):
     """Base of results that answer a limit question by a residual slip at a load factor."""
 
     load_factor: float
     slip: Array
+    record: SolveRecord
     _task: LimitQuestion
 
     @property
@@ -195,11 +199,18 @@ class Answered(Recorded, Plotted):
         return {"node": range(self.system.nodes), **places(self.system), **components("slip", self.slip), **opened}
 
 
-class Rated(Answered):
-    """Base of limits whose motion tells how they change with the loads."""
+@dataclass(frozen=True, eq=False, repr=False)
+class Proven(Answered):
+    """Base of answers that a mechanism proves, maybe under constraints of the user's own."""
 
-    constraints: tuple[str, ...]
     _motion: Mechanism
+    constraints: tuple[str, ...] = field(default=(), kw_only=True)
+    problem: cp.Problem | None = field(default=None, kw_only=True)
+    _units: Units = field(default_factory=dict, kw_only=True)
+
+
+class Rated(Proven):
+    """Base of limits whose motion tells how they change with the loads."""
 
     @property
     def _rated(self) -> bool:

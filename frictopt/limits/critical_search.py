@@ -24,7 +24,7 @@ from ..solve.solvers import solve
 from ..solve.standard_form import StandardForm
 from .answered import Mechanism
 from .critical_state import CriticalState
-from .mirrors import on_whole
+from .parts import on_whole
 from .safe_set import SafeSet
 
 _COINCIDE = 1e3 * RESIDUAL  # dimensionless load factors up to this cannot be told from zero: residuals move them so far

@@ -14,8 +14,7 @@ from ..errors import ModelError
 from ..solve.contradiction import contradiction, is_unbounded
 from ..solve.solvers import solve
 from ..solve.standard_form import StandardForm, compiled
-from .design_loads import PROFILE, DesignLoads, built_in, design_loads
-from .design_result import Design
+from .design_result import PROFILE, Design, DesignLoads, built_in, design_loads
 from .friction_bounds import safe_set
 from .judge import answered
 from .own_rows import OF_A_MODEL
@@ -226,6 +225,7 @@ class DesignModel(SafeModel):
             profile=profile,
             slip=slips[0],
             slips=tuple(slips),
+            _task=tasks[0],
             prices=program.own.prices(unit),
             record=SolveRecord(residual=residual),
             _tasks=tasks,

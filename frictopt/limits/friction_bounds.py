@@ -6,7 +6,7 @@ from scipy.optimize import nnls
 
 from ..contact import FLOOR, NO_COUPLING, RESIDUAL, ROUNDING, Array, LoadCycle
 from .answered import Mechanism
-from .design_loads import DesignLoads
+from .design_result import DesignLoads
 from .question import LimitQuestion
 from .safe_set import Rows, SafeSet, ruling
 

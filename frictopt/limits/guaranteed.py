@@ -14,8 +14,7 @@ from ..errors import ModelError, SolverError
 from .critical_search import COINCIDE_ALONE, LEFT_OUT, CriticalSearch, NodeClaim, set_node
 from .critical_state import critical_states, load_factor_bounds
 from .guaranteed_result import IMAGE, NOT_NEEDED, ONE_CORNER, OPEN, GuaranteedLimit, left_out, reason
-from .mirrors import images_of, on_whole
-from .open_nodes import rest_of
+from .parts import images_of, on_whole, rest_of
 from .question import LimitQuestion
 from .safe_model import SafeModel
 from .shakedown import ShakedownModel, shakedown_problem

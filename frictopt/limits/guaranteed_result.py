@@ -1,20 +1,18 @@
 """A guaranteed limit with its witness, and why it is what it is."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib import import_module
 from typing import IO, Any
 
-import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact import Array, LimitKind, SolveRecord, components, finite_number, frame, frozen, places
+from ..contact import Array, LimitKind, components, finite_number, frame, frozen, places
 from ..errors import ModelError
-from ..solve.explain import Units, explain
-from .answered import Mechanism, Rated
+from ..solve.explain import explain
+from .answered import Rated
 from .critical_search import LEFT_OUT, NodeClaim
-from .question import LimitQuestion
 from .shakedown_result import ShakedownLimit
 
 IMAGE, ONE_CORNER, NOT_NEEDED, OPEN = "mirror image", "one corner alone rules", "not needed", "open"
@@ -83,23 +81,15 @@ class GuaranteedLimit(Rated):
     """
 
     _said = ("load_factor", "least", "kind", "proven", "node", "largest_slip", "residual", "reason")
-    load_factor: float
     kind: LimitKind
     reason: str
     proven: bool
-    slip: Array = field(repr=False)
     node: int | None
     corners: tuple[int, ...] | None
-    record: SolveRecord
-    constraints: tuple[str, ...]
-    shakedown: ShakedownLimit = field(repr=False)
-    problem: cp.Problem | None = field(repr=False)
-    _task: LimitQuestion = field(repr=False)
-    _motion: Mechanism = field(repr=False)
-    _by_node: Array = field(repr=False)
-    _how: tuple[str, ...] = field(repr=False)
-    _units: Units = field(repr=False)
-    _above: tuple[float, Array] | None = field(repr=False)
+    shakedown: ShakedownLimit
+    _by_node: Array
+    _how: tuple[str, ...]
+    _above: tuple[float, Array] | None
 
     @property
     def least(self) -> float:

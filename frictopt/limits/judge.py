@@ -9,7 +9,7 @@ import numpy as np
 from ..contact import FLOOR, RESIDUAL, Array, LimitKind, SolveRecord
 from ..solve.standard_form import StandardForm
 from .answered import Answered, Mechanism
-from .mirrors import on_whole
+from .parts import on_whole
 from .safe_set import SafeSet
 from .safe_slip_result import SafeSlip
 from .shakedown_result import ShakedownLimit
@@ -29,13 +29,13 @@ def judged(v: SafeSet, end: End | None = None, *, least: bool = False) -> Shaked
     load_factor, slip, motion = end or (v.solved_load_factor, v.solved_slip, v.motion()[0])
     resistance, drive = motion.work(task)
     if not sense * drive > 0:
-        return ShakedownLimit(load_factor, LimitKind.FINITE, slip, np.inf, SolveRecord(), task, motion)
+        return ShakedownLimit(load_factor, slip, SolveRecord(), task, motion, LimitKind.FINITE, np.inf)
     motion = motion.scaled(sense / drive)
     bound, off = resistance / drive, defect(v, motion, slip)
     gap = (abs(bound - load_factor) + off) / max(load_factor, FLOOR * task.load_unit)
     task, slip, motion = on_whole(task, slip, motion)
     residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap), nan=np.inf))
-    return ShakedownLimit(load_factor, LimitKind.FINITE, slip, float(bound + sense * off), SolveRecord(residual=residual), task, motion)
+    return ShakedownLimit(load_factor, slip, SolveRecord(residual=residual), task, motion, LimitKind.FINITE, float(bound + sense * off))
 
 
 def defect(v: SafeSet, motion: Mechanism, slip: Array) -> float:
@@ -67,7 +67,7 @@ def judged_by_rows(v: SafeSet) -> ShakedownLimit:
     (value, bound), (task, slip, motion) = form.bounds, on_whole(task, slip, v.motion()[0].scaled(unit))
     residual = float(np.nan_to_num(max(task.violation(load_factor, slip), form.gap, v.own.violation), nan=np.inf))
     record = SolveRecord(residual=residual)
-    limit = ShakedownLimit(load_factor, LimitKind.FINITE, slip, bound * unit, record, task, motion, constraints=v.own.names)
+    limit = ShakedownLimit(load_factor, slip, record, task, motion, LimitKind.FINITE, bound * unit, constraints=v.own.names)
     if v.own.objective_unit is None:
         return limit
     why = "no safe residual slip makes the objective larger; the load factor is the one that it chooses, no limit"
@@ -98,7 +98,7 @@ def judged_margin(v: SafeSet, load_factor: float | None) -> SafeSlip:
     residual = float(np.nan_to_num(max(gap, margin - asked.reserve(at, own), pull, asked.beyond(own), v.own.violation), nan=np.inf))
     if load_factor is None and bound < -RESIDUAL:  # nothing is safe at any load factor: no more is asked, and the upper bound alone proves it
         residual = off / -bound / FAR
-    return SafeSlip(at, every, margin, float(bound), rate, SolveRecord(residual=residual), whole, motion, v.own.names)
+    return SafeSlip(at, every, SolveRecord(residual=residual), whole, motion, margin, float(bound), rate, constraints=v.own.names)
 
 
 def refuted(v: SafeSet) -> ShakedownLimit | None:
@@ -116,7 +116,7 @@ def refuted(v: SafeSet) -> ShakedownLimit | None:
     if not resistance + off < -RESIDUAL or off / -(resistance + off) / FAR > RESIDUAL:
         return None
     record, (whole, _, motion) = SolveRecord(residual=off / -(resistance + off) / FAR), on_whole(task, none, motion)
-    return ShakedownLimit(np.nan, LimitKind.NO_SAFE_SLIP, np.full(whole.system.slip_shape, np.nan), np.nan, record, whole, motion)
+    return ShakedownLimit(np.nan, np.full(whole.system.slip_shape, np.nan), record, whole, motion, LimitKind.NO_SAFE_SLIP, np.nan)
 
 
 def _weighed(v: SafeSet) -> tuple[Mechanism, Array, float]:
@@ -137,4 +137,4 @@ def answered(found: tuple[A, SolveRecord], v: SafeSet) -> A:
         which += ["nodes that are open under the mean load"] * (task.lift is not None)
         left_out = [f"{', and '.join(which)}, {len(task.friction)} of {task.system.nodes} nodes are in the program", *left_out]
     record = replace(record, left_out=tuple(left_out), seconds=perf_counter() - task.started)
-    return replace(claim, record=record, problem=v.problem, _units=v.units)  # type: ignore[type-var]
+    return replace(claim, record=record, problem=v.problem, _units=v.units)  # type: ignore[call-arg]  # which all that are judged have

@@ -95,7 +95,7 @@ def by_one_node(v: SafeSet, motion: Mechanism, why: str, solver: str | None) -> 
     state = solve_margin(task, 0.0, solver, v)
     if not state.exists:
         unsafe = np.full(task.system.slip_shape, np.nan)
-        return ShakedownLimit(np.nan, LimitKind.NO_SAFE_SLIP, unsafe, np.nan, state.record, state._task, state._motion)
+        return ShakedownLimit(np.nan, unsafe, state.record, state._task, state._motion, LimitKind.NO_SAFE_SLIP, np.nan)
     limit = judged(v, (0.0, v.solved_slip, motion))
     if not limit.residual <= RESIDUAL:
         raise SolverError(f"shakedown limit: the slip that is safe under the mean load violates the contact law by {limit.residual:.1e}")
@@ -114,7 +114,7 @@ def by_scaling(task: LimitQuestion, solver: str | None) -> ShakedownLimit | None
         return None
     motion = found._motion.scaled(1 / found._motion.work(found._task)[1])
     record = replace(found.record, residual=residual)
-    return ShakedownLimit(0.0, LimitKind.FINITE, np.zeros(task.system.slip_shape), 0.0, record, task, motion, least=0.0)
+    return ShakedownLimit(0.0, np.zeros(task.system.slip_shape), record, task, motion, LimitKind.FINITE, 0.0, least=0.0)
 
 
 def no_limit(task: LimitQuestion, solver: str | None) -> ShakedownLimit | None:
@@ -125,7 +125,7 @@ def no_limit(task: LimitQuestion, solver: str | None) -> ShakedownLimit | None:
     whole = task.whole or task
     unsafe, existence = np.full(task.system.slip_shape, np.nan), solve_margin(task, None, solver)
     if existence.margin < -RESIDUAL:
-        return ShakedownLimit(np.nan, LimitKind.NO_SAFE_SLIP, unsafe, np.nan, existence.record, whole, existence._motion)
+        return ShakedownLimit(np.nan, unsafe, existence.record, whole, existence._motion, LimitKind.NO_SAFE_SLIP, np.nan)
     slip, growing = np.zeros(task.system.slip_shape), existence
     if not _carried(task, task.own(slip)):  # no slip, which programs find up to rounding alone, may grow with the load as well
         none = {name: np.zeros_like(getattr(task, name)) for name in ("r0", "w0")}
@@ -136,7 +136,7 @@ def no_limit(task: LimitQuestion, solver: str | None) -> ShakedownLimit | None:
             return None
     slipped, rounding = whole.change(slip / task.load_unit), GROWN * whole.mean_bound / task.load_unit
     why = growth_diagnosis(whole.friction, whole.parts[2:], slipped, rounding)
-    return ShakedownLimit(np.inf, LimitKind.UNBOUNDED, unsafe, np.inf, growing.record, whole, growing._motion.scaled(0.0), _why=why)
+    return ShakedownLimit(np.inf, unsafe, growing.record, whole, growing._motion.scaled(0.0), LimitKind.UNBOUNDED, np.inf, _why=why)
 
 
 def _carried(task: LimitQuestion, slip: Array) -> bool:
@@ -167,11 +167,11 @@ def no_limit_under(v: SafeSet, solver: str | None) -> ShakedownLimit | None:
         ruling = ", ".join(name for name in names if name in excess.ruling)
         why = f"no residual slip that is safe at any load factor obeys {ruling}: drop or relax them"
         record = SolveRecord(residual=excess.residual)
-        return ShakedownLimit(np.nan, LimitKind.NO_SAFE_SLIP, unsafe, np.nan, record, task, still, constraints=names, _why=why)
+        return ShakedownLimit(np.nan, unsafe, record, task, still, LimitKind.NO_SAFE_SLIP, np.nan, constraints=names, _why=why)
     growing = is_unbounded(v.problem, solver)
     if growing is None or excess.value > RESIDUAL:
         return None
     if v.own.objective_unit is not None:
         raise ModelError("objective: it grows without end over the safe slips; subtract what it costs, or bound it by a constraint")
     residual = max(excess.residual, growing.residual)
-    return ShakedownLimit(np.inf, LimitKind.UNBOUNDED, unsafe, np.inf, SolveRecord(residual=residual), task, still, constraints=names)
+    return ShakedownLimit(np.inf, unsafe, SolveRecord(residual=residual), task, still, LimitKind.UNBOUNDED, np.inf, constraints=names)

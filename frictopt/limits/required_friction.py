@@ -1,6 +1,6 @@
 """The least friction with which a load factor is safe."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
 
@@ -8,13 +8,13 @@ import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact import RESIDUAL, ROUNDING, Array, ContactSystem, LoadCycle, SolveRecord, finite_number, frozen, place
+from ..contact import RESIDUAL, ROUNDING, ContactSystem, LoadCycle, SolveRecord, finite_number, frozen, place
 from ..errors import SolverError
 from ..solve.solvers import solve
 from .answered import Answered, Mechanism
 from .friction_bounds import safe_set
 from .judge import defect
-from .question import LimitQuestion, pose
+from .question import pose
 from .safe_set import SafeSet, ruling
 from .safe_slip import SafeSlipModel
 from .safe_slip_result import SafeSlip
@@ -61,12 +61,8 @@ class RequiredFriction(Answered):
     _said = ("required", "bound", "largest_slip", "residual", "reason")
     required: float
     bound: float
-    slip: Array = field(repr=False)
-    mechanism: pd.DataFrame = field(repr=False)
+    mechanism: pd.DataFrame
     reason: str
-    load_factor: float
-    record: SolveRecord
-    _task: LimitQuestion = field(repr=False)
 
 
 def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: float, *, slip_bound: Any = None) -> RequiredFriction:
@@ -123,7 +119,7 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
             named = [f"{x:.4g}" for x in system.x[nodes]] if system.tangents == 1 else [place(point) for point in system.points[nodes]]
             where = f"{'x =' if system.tangents == 1 else 'at'} {', '.join(named[:4])}{', ...' * (len(nodes) > 4)}"
             why = f"no friction is enough: whatever slips{within}, the loads open one of {len(nodes)} nodes ({where}) at some corner; press them"
-            return RequiredFriction(np.inf, np.inf, frozen(unsafe), mechanism, why, load_factor, record, task)
+            return RequiredFriction(load_factor, frozen(unsafe), record, task, np.inf, np.inf, mechanism, why)
         if most == np.inf:
             raise SolverError(
                 f"required friction: none up to {_MORE_FRICTION[-1]:g} is enough, although no node need open: the best residual slip leaves a "
@@ -154,7 +150,7 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     residual, seconds = max(enough.residual, too_little.residual), perf_counter() - started
     record = replace(enough.record, attempts=attempts, residual=residual, seconds=seconds)
     required = root * (1 + step) if bound > 0 else 0.0
-    return RequiredFriction(required, bound, enough.slip, mechanism, why, load_factor, record, enough._task)
+    return RequiredFriction(load_factor, enough.slip, record, enough._task, required, bound, mechanism, why)
 
 
 class _Asked:

@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 from ..contact import Array, ContactSystem, LoadCycle, parted
 from ..solve.solvers import LP, SOCP, solver_order
 from .answered import Answered
-from .design_loads import DesignLoads
+from .design_result import DesignLoads
 from .friction_bounds import safe_set
-from .mirrors import on_whole
 from .own_rows import OF_A_MODEL, OwnRows, extended
+from .parts import on_whole
 from .question import LimitQuestion, pose
 from .safe_set import SafeSet
 

@@ -13,8 +13,7 @@ from ..contact import ContactSystem, checked_system, friction_coefficients
 from ..contact.checks import RESIDUAL, ZERO_LOAD_FACTOR, Array, check_name, checked_loads, finite_number, frozen, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
 from .answered import Mechanism
-from .mirrors import on_whole
-from .open_nodes import rest_of
+from .parts import on_whole, rest_of
 from .question import pose
 from .safe_region_result import SafeRegion, beyond_chord, domain
 from .shakedown import shakedown_limit

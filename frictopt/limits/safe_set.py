@@ -20,7 +20,7 @@ from scipy.sparse import csr_array
 from ..contact import CONDENSATION, RESIDUAL, Array, Integers, lengths
 from ..solve.explain import Units
 from .answered import Mechanism
-from .design_loads import DesignLoads
+from .design_result import DesignLoads
 from .own_rows import OwnRows
 from .question import LimitQuestion, rigid_slides
 

@@ -14,9 +14,8 @@ from ..solve.contradiction import contradiction
 from ..solve.solvers import NoOptimum, solve
 from .friction_bounds import safe_set
 from .judge import answered, judged_margin
-from .mirrors import half_of
-from .open_nodes import rest_under_mean
 from .own_rows import OF_A_MODEL
+from .parts import half_of, rest_under_mean
 from .question import LimitQuestion
 from .safe_model import SafeModel
 from .safe_set import SafeSet

@@ -1,22 +1,20 @@
 """A safe residual slip with its margin, or the proof that there is none."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import IO
 
-import cvxpy as cp
 import pandas as pd
 
-from ..contact import ROUNDING, Array, SolveRecord, unscaled_diagnosis
-from ..solve.explain import Units, explain
-from .answered import Answered, Mechanism
-from .question import LimitQuestion
+from ..contact import ROUNDING, unscaled_diagnosis
+from ..solve.explain import explain
+from .answered import Proven
 
 _NO_MARGIN = ROUNDING  # a margin this little below zero is zero: that of the slip at the shakedown limit
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SafeSlip(Answered):
+class SafeSlip(Proven):
     """A residual slip that keeps the contact stuck, or the proof that there is none.
 
     Attributes
@@ -59,17 +57,9 @@ class SafeSlip(Answered):
     """
 
     _said = ("exists", "margin", "bound", "largest_slip", "residual", "reason")
-    load_factor: float
-    slip: Array = field(repr=False)
     margin: float
     bound: float
     friction_rate: float
-    record: SolveRecord
-    _task: LimitQuestion = field(repr=False)
-    _motion: Mechanism = field(repr=False)
-    constraints: tuple[str, ...] = ()
-    problem: cp.Problem | None = field(repr=False, default=None)
-    _units: Units = field(repr=False, default_factory=dict)
 
     @property
     def exists(self) -> bool:

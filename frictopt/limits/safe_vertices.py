@@ -16,7 +16,7 @@ import numpy as np
 from ..contact import Array, ContactSystem, LoadCycle, SolveRecord, finite_array, finite_number, frozen, warns_of_odd_values
 from ..solve.solvers import NoOptimum, solve
 from .friction_bounds import safe_set
-from .mirrors import on_whole
+from .parts import on_whole
 from .question import LimitQuestion, pose
 from .safe_set import SafeSet
 

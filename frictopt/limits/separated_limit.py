@@ -31,7 +31,7 @@ from ..errors import FrictoptError
 from ..solve.explain import Units, explain
 from ..solve.solvers import BoundStatus, bounds
 from .answered import Answered
-from .open_nodes import border
+from .parts import border
 from .question import LimitQuestion, pose
 from .separated_sets import best_open_set, open_set_limit
 from .shakedown import ShakedownModel
@@ -84,18 +84,14 @@ class SeparatedLimit(Answered):
     """
 
     _said = ("load_factor", "least", "bound", "proven", "kind", "largest_slip", "residual", "reason")
-    load_factor: float
     least: float
     bound: float
     proven: bool
     covers: str
     kind: LimitKind
     reason: str
-    slip: Array = field(repr=False)
-    record: SolveRecord
-    problem: cp.Problem | None = field(repr=False)
-    _task: LimitQuestion = field(repr=False)
-    _units: Units = field(repr=False)
+    problem: cp.Problem | None
+    _units: Units
 
     def to_frame(self) -> pd.DataFrame:
         """The DataFrame of the nodes: columns node, its place, slip, open, and gap at the last corner."""

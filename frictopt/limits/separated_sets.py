@@ -12,7 +12,7 @@ import numpy as np
 from ..contact import RESIDUAL, Booleans, LimitKind, SolveRecord
 from ..errors import FrictoptError, SolverError
 from .answered import Mechanism
-from .open_nodes import compliance, open_under_mean, rest_of
+from .parts import compliance, open_under_mean, rest_of
 from .question import LimitQuestion
 from .shakedown import ShakedownModel
 from .shakedown_result import ShakedownLimit
@@ -107,4 +107,4 @@ def _all_open(task: LimitQuestion) -> ShakedownLimit | None:
     press[touch] = -1 / rates[touch] if finite else 0.0
     motion = Mechanism((-press @ give[-n:]).reshape(corners, axes, n), np.zeros(n), open=~opened.closed)
     kind, slip = (LimitKind.FINITE, u[0, :-1].T.reshape(still.shape)) if finite else (LimitKind.UNBOUNDED, np.full_like(still, np.nan))
-    return ShakedownLimit(load_factor, kind, slip, load_factor, SolveRecord(residual=residual), opened, motion, least)
+    return ShakedownLimit(load_factor, slip, SolveRecord(residual=residual), opened, motion, kind, load_factor, least)

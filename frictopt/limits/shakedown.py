@@ -22,8 +22,7 @@ from ..contact import RESIDUAL, Array, ContactSystem, LimitKind, LoadCycle, Solv
 from ..errors import ModelError, SolverError
 from ..solve.solvers import solve
 from .judge import answered, judged, judged_by_rows, refuted
-from .mirrors import half_of, on_whole
-from .open_nodes import rest_under_mean
+from .parts import half_of, on_whole, rest_under_mean
 from .plain_limits import by_one_node, by_scaling, in_closed_form, no_limit, no_limit_under
 from .question import LimitQuestion
 from .safe_model import SafeModel

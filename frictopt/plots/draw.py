@@ -33,12 +33,12 @@ def draw(result: object, ax: "Axes | AxesArray | None" = None, kind: str = "", *
         import matplotlib.pyplot  # noqa: F401
     except ImportError as error:
         raise ImportError("plots need matplotlib: python -m pip install 'frictopt[figures]'") from error
-    from . import bodies, given, histories, limits, spatial, status, transients  # noqa: F401  each registers its pictures
+    from . import bodies, given, histories, limits, transients  # noqa: F401  each registers its pictures
     from .style import name_units, picture, screen
 
     with nullcontext() if ax is not None else screen():
         others: dict[str, Callable[..., Axes | AxesArray]]
-        others = {"status": status.node_status, "deformed": bodies.deformed, "study": histories.runs_of}
+        others = {"status": transients.node_status, "deformed": bodies.deformed, "study": histories.runs_of}
         drawn = others.get(kind, picture)(result, ax, **options)
     name_units(np.ravel(np.asarray(drawn, dtype=object))[0], _units(result))
     return drawn

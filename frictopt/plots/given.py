@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ..contact import Array, ContactSystem, LoadCycle
-from .along import label_panels, lines
 from .bodies import finish, spread
+from .nodes import label_panels, lines
 from .style import BLACK, AxesArray, legend, line, new_axes, picture, series
 
 _LENGTH = 0.1  # of a normal, over the size of the contact

@@ -10,8 +10,7 @@ from ..histories.excursion import LeastExcursion
 from ..histories.protocols import REST, SLIP, UNDECIDED, LimitAfterProtocol
 from ..histories.wear_history import WearHistory
 from ..histories.worn_in import WornIn
-from .along import label_contacts, label_panels, lines
-from .spatial import face_map
+from .nodes import face_map, label_contacts, label_panels, lines
 from .style import BLACK, FACE, GREY, SERIES, AxesArray, equals, legend, line, new_axes, no_lines, one_axes, picture, series
 
 _STRIP = (6.4, 2.4)  # size of a picture with a row for each outcome, inches

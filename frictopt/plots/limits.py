@@ -9,8 +9,7 @@ from matplotlib.axes import Axes
 
 from ..contact import RESIDUAL, Array, Booleans, ContactSystem, Onset, lengths
 from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, SeparatedLimit, ShakedownLimit
-from .along import circle, friction_ratio, label_panels, lines, lines_or_band, looks, node_at, ratios
-from .spatial import face_map, ratio_map
+from .nodes import circle, face_map, friction_ratio, label_panels, lines, lines_or_band, looks, node_at, ratio_map, ratios
 from .style import BLACK, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, one_axes, picture, series
 
 Circles: TypeAlias = dict[int, tuple[Any, Any, Any]]

@@ -10,7 +10,7 @@ from ..contact import choice, finite_number, shown
 from ..contact.units import in_units
 from ..errors import ModelError
 from ..fem.model import ContactModel
-from ..fem.paraview import contact_face, states_of
+from ..fem.paraview import contact_face
 from ..fem.recovery import BodyFields, Steady, in_meshio
 from .style import BLACK, GREY, series
 
@@ -68,5 +68,5 @@ def _state(model: ContactModel, result: object) -> tuple[BodyFields | None, Mapp
         return result, {}
     if not isinstance(result, Steady):
         raise ModelError(f"result: {shown(result)}; give fields of ContactModel.recover, a steady state, or None")
-    *_, (_, fields, more) = states_of(model, result, every=False)
+    *_, (_, fields, more) = model._over(result, every=False)
     return fields, more

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from importlib import import_module
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -181,7 +181,7 @@ class SteadyState(Recorded, Plotted):
         *,
         stress: ArrayLike | None = None,
         strain: ArrayLike | None = None,
-        fields: object = None,
+        fields: Any = None,
         side: int = 1,
         findley: float = 0.3,
         crossland: float = 0.3,
@@ -260,7 +260,7 @@ class SteadyState(Recorded, Plotted):
         if fields is None:
             return table
         if hasattr(fields, "recover"):
-            fields = [found for _, found, _ in import_module("frictopt.fem.paraview").states_of(fields, self, every=False)]
+            fields = [found for _, found, _ in fields._over(self, every=False)]
         planes = worst_planes(fields, body, weights)
         if len(planes["SWT"]) != len(table):
             raise ModelError(f"fields: those of a contact with {len(planes['SWT'])} nodes, this one has {len(table)}; give those of its model")

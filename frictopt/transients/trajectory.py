@@ -237,7 +237,7 @@ class Trajectory(Shown, Plotted):
         ModelError
             Another ending, a file that cannot be written, a contact in space that one map cannot show.
         """
-        import_module("frictopt.plots.status").animate(self, path, frames)
+        import_module("frictopt.plots.transients").animate(self, path, frames)
 
     def to_xarray(self) -> "xr.Dataset":
         """The states as a Dataset of xarray, which must be installed: slip, gap, q, p, status (in words) and work over state, node and tangent.
