@@ -88,6 +88,7 @@ def _parser() -> argparse.ArgumentParser:
     cycle.add_argument("--corners", nargs="+", type=_loads, metavar="CASE=X[,CASE=X]", help="corners of the load cycle, in their order")
     cycle.add_argument("--history", metavar="FILE", help="measured history instead: csv, xlsx or parquet, a column for each load case")
     limit.add_argument("--tolerance", type=float, metavar="X", help="noise of the history, as a share of the range of each load case (default: 0)")
+    limit.add_argument("--time", metavar="COLUMN", help="time of the history, which is no load (default: the column of that name)")
     limit.add_argument("--friction", type=float, required=True, help="coefficient of friction")
     study = command(_study, "the study of a file: many transients, as one table", "study study.toml --shard 3/50")
     study.add_argument("file", help="STUDY.toml")
@@ -105,7 +106,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _look(asked: argparse.Namespace) -> None:
-    if Path(asked.file).suffix == ".inp" or not Path(asked.file).is_file():
+    if Path(asked.file).suffix in (".inp", ".sti", ".mas", ".dof") or not Path(asked.file).is_file():
         if asked.picture:
             raise ModelError(f"--picture: {str(asked.picture)!r} of a job; condense it, and look at the system that it becomes")
         job = _job(asked.file)
@@ -151,9 +152,11 @@ def _limit(asked: argparse.Namespace) -> None:
 
     system, question = contact.ContactSystem.load(asked.file), _KINDS[asked.kind]
     if asked.history:
-        cycle = contact.LoadCycle.from_history(read_table(asked.history), mean=asked.mean, tolerance=asked.tolerance or 0.0)
+        cycle = contact.LoadCycle.from_history(read_table(asked.history), mean=asked.mean, time=asked.time, tolerance=asked.tolerance or 0.0)
     elif asked.tolerance is not None:
         raise ModelError(f"--tolerance: {asked.tolerance:g}; corners have no noise: leave it out, or give a --history")
+    elif asked.time is not None:
+        raise ModelError(f"--time: {asked.time!r}; corners have no time: leave it out, or give a --history")
     else:
         cycle = contact.LoadCycle(asked.mean or {}, asked.corners)
     found = getattr(transients if asked.kind == "onset" else limits, question)(system, cycle, asked.friction)

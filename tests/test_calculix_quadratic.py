@@ -95,7 +95,7 @@ def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path, kin
     """A traction on a face: nodal forces of the code's own elements, by its own step; the pressure of P on element faces."""
     d, bodies = dimensions(KINDS[kind]), two_boxes(KINDS[kind], fo.Material(2.0, 0.3), bulge=None)
     text = deck(bodies, kind) + "*BOUNDARY\nCU, 1, 3\nCL, 1, 3\n"
-    job = fo.read_calculix(run(tmp_path, text)[0])
+    job = fo.read_calculix(base := run(tmp_path, text)[0])
     found = spsolve(job.K.tocsc(), job.force("TOP", pressure=0.7))
     top = set(job.deck.numbers[job.nodes("TOP")].tolist())
     faces = {  # P-number -> corners, as the manual of CalculiX counts them
@@ -105,6 +105,10 @@ def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path, kin
     }[NODES[kind]]
     rows = enumerate((elements(bodies["upper"].mesh, kind) + 1).tolist(), 1)
     loads = [(i, face) for i, row in rows for face, corners in faces.items() if {row[c] for c in corners} <= top]
+    (tmp_path / "faces.inp").write_text(text + "*SURFACE, NAME=Faces\n" + "".join(f"{i}, S{face}\n" for i, face in loads))
+    by_faces = fo.read_calculix(base, deck=tmp_path / "faces.inp")
+    assert np.array_equal(np.sort(by_faces.nodes("faces")), np.sort(job.nodes("TOP")))
+    assert np.array_equal(by_faces.force("faces", pressure=0.7), job.force("TOP", pressure=0.7))
     known = displacements(tmp_path, text, "*DLOAD\n" + "".join(f"{i}, P{face}, 0.7\n" for i, face in loads))
     known = np.array([known[node][direction - 1] for node, direction in job.labels])
     assert len(loads) == (2 if d == 2 else 8 if kind == "C3D10" else 4)

@@ -85,11 +85,18 @@ def test_a_history_in_a_file_is_a_load_cycle(capsys):
     assert main([*LIMIT, "--history", "loads.csv", "--mean", "mean=1", "--tolerance", "0.05"]) == 0
     cycle = fo.LoadCycle.from_history(pd.read_csv("loads.csv"), mean={"mean": 1.0}, tolerance=0.05)
     assert len(cycle.corners) == 6 and capsys.readouterr().out.startswith(repr(fo.shakedown_limit(CONTACT, cycle, 0.4)))
+    history.assign(time=pd.Timestamp("2026-01-01") + pd.to_timedelta(time, unit="h")).rename(columns={"time": "when"}).to_csv(
+        "loads.csv", index=False
+    )
+    arguments = [*LIMIT, "--history", "loads.csv", "--mean", "mean=1", "--tolerance", "0.05"]
+    assert main([*arguments, "--time", "when"]) == 0
+    assert capsys.readouterr().out.startswith(repr(fo.shakedown_limit(CONTACT, cycle, 0.4)))
+    assert main(arguments) == 2 and "history['when']" in capsys.readouterr().err
 
 
 def test_a_job_of_calculix_becomes_a_system_and_is_looked_at(capsys, flat):
     load = ["--load", "P=N_TOP:pressure=1", "Q=N_TOP:traction=1,0"]
-    for job in (FLAT, FLAT.with_suffix("")):
+    for job in (FLAT, FLAT.with_suffix(""), FLAT.with_suffix(".sti")):
         assert main(["look", str(job)]) == 0 and "faces that match: 26 pairs" in capsys.readouterr().out
         assert main(["condense", str(job), "flat.npz", "--contact", "N_CONTACT_PUNCH", "N_CONTACT_BLOCK", *load]) == 0
     loads = {"P": flat.force("N_TOP", pressure=1.0), "Q": flat.force("N_TOP", traction=[1.0, 0.0])}
@@ -143,9 +150,10 @@ ON_TOP = ["--contact", "N_TOP", "N_TOP", "--load"]
 BAD = {
     "no file": (["look", "none.npz"], 4, "there is no file 'none.npz'; give its path"),
     "no history": ([*LIMIT, "--history", "none.csv"], 4, "there is no file 'none.csv'; give its path"),
-    "no npz": (["look", str(FLAT.with_suffix(".sti"))], 2, "is not a contact system (File is not a zip file)"),
+    "no npz": (["look", str(FLAT.with_name("flat_glued.dat"))], 2, "is not a contact system (File is not a zip file)"),
     "picture of a job": (["look", str(FLAT), "--picture", "job.png"], 2, "--picture: 'job.png' of a job; condense it"),
     "tolerance of corners": ([*LIMIT, *CORNERS, "--tolerance", "0"], 2, "--tolerance: 0; corners have no noise"),
+    "time of corners": ([*LIMIT, *CORNERS, "--time", "t"], 2, "--time: 't'; corners have no time"),
     "numbers of a load": (["condense", str(FLAT), "x.npz", *ON_TOP, "P=N_TOP:traction=1"], 2, "--load P=N_TOP:traction=1: "),
     "numbers of a pressure": (["condense", str(FLAT), "x.npz", *ON_TOP, "P=N_TOP:pressure=1,2"], 2, "pressure: [1.0, 2.0] is not one real number"),
     "semicolons": ([*LIMIT, "--history", "semicolons.csv"], 2, "has semicolons between its columns"),

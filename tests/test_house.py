@@ -4,6 +4,7 @@ import ast
 import inspect
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -90,6 +91,12 @@ def test_files_of_a_layer_do_not_import_each_other_in_a_circle():
 def test_files_are_small_or_say_why_not(path):
     text = path.read_text(encoding="utf-8")
     assert text.count("\n") <= 300 or "\n# One file because" in text
+
+
+def test_the_recipe_asks_for_the_versions_of_the_package():
+    asked = tomllib.loads((PACKAGE.parent / "pyproject.toml").read_text())["project"]["dependencies"]
+    recipe = (PACKAGE.parent / "conda" / "recipe.yaml").read_text().replace("cvxpy-base", "cvxpy")
+    assert asked == [name for name in asked if f"    - {name.replace('>', ' >', 1)}\n" in recipe]
 
 
 def test_every_public_name_is_listed_and_described():

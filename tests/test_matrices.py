@@ -127,6 +127,22 @@ def test_decks_are_read_as_written(squares):
     assert {name: found.tolist() for name, found in deck.element_sets.items()} == {"FIRST": [1], "SECOND": [7], "ALL": [1, 7]}
 
 
+def test_surfaces_name_their_nodes(squares):
+    """Of faces of elements and of nodes; a set of the same name goes first."""
+    named = "*SURFACE, NAME=Side\nFIRST, S4\n*SURFACE, NAME=Nodes, TYPE=NODE\nRIGHT\n10\n*SURFACE, NAME=Right\n1, S4\n"
+    named += "*SURFACE, NAME=Around\nALL, S3\n1, S4\n7, S1"
+    (squares / "job.inp").write_text(SQUARES + named)
+    job = fo.read_calculix(squares / "job")
+    assert {name: job.deck.numbers[job.nodes(name)].tolist() for name in ("side", "NODES", "RIGHT")} == {
+        "side": [10, 20],
+        "NODES": [50, 60, 10],
+        "RIGHT": [50, 60],
+    }
+    assert np.array_equal(job.force("Side", pressure=1.0), job.force([0, 1], pressure=1.0))
+    with pytest.raises(fo.ModelError, match="'AROUND': other facets lie between its nodes too"):  # the end at x = 2
+        job.nodes("around")
+
+
 OTHERWISE = [  # the same, in other ways
     ("20, 0., 1.D0", "20, , 1.D0"),
     ("10, 0., 0.\n", "10,,\n"),

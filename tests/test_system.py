@@ -14,6 +14,7 @@ ONE = np.eye(2)
 GOOD = {"A": ONE, "B": 0 * ONE, "C": ONE, "x": [0.0, 1.0], "bonded": {"P": ([0.0, 0.0], [1.0, 1.0])}}
 BAD = {
     "A: not symmetric, A[0, 1] = 0.5": {"A": ONE + [[0, 0.5], [0, 0]]},
+    "float32 has 7": {"A": -ONE},
     "negative eigenvalue -1": {"A": -ONE},
     "S has the negative eigenvalue": {"B": 2 * ONE},
     "x: x[1] = 0 does not exceed x[0] = 1": {"x": [1.0, 0.0]},

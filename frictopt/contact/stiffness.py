@@ -31,7 +31,8 @@ def check_semi_definite(name: str, S: Array) -> None:
         lowest = np.linalg.eigvalsh(S / scale)[0]
         raise ModelError(
             f"{name} has the negative eigenvalue {lowest * scale:g} (largest entry {scale:g}); "
-            "an elastic interface stores energy, so S must be positive semi-definite: check signs and the order of the nodes"
+            "an elastic interface stores energy, so S must be positive semi-definite: check signs, the order of the nodes, and that it was computed "
+            "with 16 digits (float32 has 7)"
         ) from None
 
 

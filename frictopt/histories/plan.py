@@ -2,6 +2,7 @@
 
 import tomllib
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from inspect import signature
 from pathlib import Path
 from typing import Any, TypeVar
@@ -80,6 +81,9 @@ def read_table(file: str | Path) -> pd.DataFrame:
             f"history: {str(file)!r} has semicolons between its columns, or rows of more values than names; write commas between columns and points "
             "in the numbers, and name each column"
         )
+    for name in table.select_dtypes(exclude=["number", "datetime"]):
+        with suppress(ValueError, TypeError):  # what is no date, the load cycle refuses by its name
+            table[name] = pd.to_datetime(table[name], format="ISO8601")
     return table
 
 

@@ -237,7 +237,7 @@ def _seen(system: ContactSystem, own: Integers) -> Array:
     """(n, 2) places of some nodes in their plane, seen along its normal."""
     frames, points = system.frames[own], system.points[own]
     if np.abs(frames - frames[0]).max() > _FLAT:
-        raise ModelError("plot: the contact is not flat (its frames differ from node to node), so that one map cannot show it; use to_frame()")
+        raise ModelError("plot: the contact is not flat (its frames differ), so that one map cannot show it; use to_frame(), or view of the model")
     places = np.asarray(points @ frames[0, :2].T)
     if len(np.unique(np.round(places / (_FLAT * (np.ptp(places) or 1.0))), axis=0)) < len(own):
         raise ModelError("plot: the contact has nodes above each other, which one map would hide; use to_frame()")

@@ -30,7 +30,7 @@ class Deck(Shown):
     points
         (nodes, 3) coordinates.
     sets
-        Node set -> rows of `points`.
+        Node set, or surface of nodes -> rows of `points`.
     elements
         For each block of elements its type, the numbers of its elements (m,), and their nodes (m, k) as rows of `points`; the numbers alone
         where the type is neither solid nor truss.
@@ -79,7 +79,7 @@ class Deck(Shown):
                 raise ModelError(f"nodes: {shown(where)}; give the name of a node set or different rows of `points`")
             return rows
         if not len(self.sets.get(where.upper(), ())):
-            raise ModelError(f"node set {where!r}: unknown, or it has no nodes; this deck names {sorted(self.sets)}")
+            raise ModelError(f"node set {where!r}: unknown, or it has no nodes; this deck names {sorted({*self.sets, *self.surfaces})}")
         return self.sets[where.upper()]
 
     @property
@@ -260,7 +260,7 @@ def read_deck(path: Path) -> Deck:
     return Deck(
         numbers=whole(list(nodes)),
         points=points,
-        sets=sets,
+        sets=surfaces | sets,
         elements=_with_nodes(solids, row),
         element_sets=element_sets,
         thicknesses=_of_plane(read.sections, solids, element_sets),

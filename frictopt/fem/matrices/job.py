@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix, diags
 from scipy.spatial import cKDTree
-from skfem import Mesh
 
 from ...contact import Array, Integers, finite_array, finite_number, frozen, real_array, shown
 from ...errors import ModelError
@@ -15,6 +14,7 @@ from ..elements import facet_nodes, midside_ties
 from ..faces import lines_along
 from .constraints import rows_of_nodes
 from .labelled import LabelledMatrix
+from .meshes import between
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -243,20 +243,3 @@ class MatrixJob(LabelledMatrix):
         facets = between(self.mesh, nodes)
         parts = boundary_forces(self._whole[0], facets, lambda _, normals: np.concatenate([normals, np.ones((1, *normals.shape[1:]))]), "space")
         return np.asarray(self._whole[1].T @ parts.T)
-
-
-def between(mesh: Mesh, nodes: Integers, numbers: Integers | None = None) -> Integers:
-    """Facets of the outline all corners of which are among some nodes; with the numbers of all nodes, each of these is a corner of one.
-
-    Raises
-    ------
-    ModelError
-        There is none, or a node is no corner of one.
-    """
-    facets = mesh.boundary_facets()
-    inside = facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)]
-    if not len(inside):
-        raise ModelError(f"nodes: no facet of the outline lies between these {len(nodes)} nodes; give the nodes of a face")
-    if numbers is not None and len(lost := np.setdiff1d(nodes, mesh.facets[:, inside])):
-        raise ModelError(f"nodes: node {numbers[lost[0]]} lies on no facet of the outline between these nodes; give the nodes of a face")
-    return np.asarray(inside)

@@ -5,7 +5,7 @@ The modes are those that CalculiX printed. A mode makes a load.
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 from pathlib import Path
@@ -19,13 +19,13 @@ from skfem import Mesh
 
 from ...contact import Array, Integers, Shown, finite_array, finite_number, frozen, place, shown, whole, whole_array
 from ...errors import ModelError
-from ..elements import parts_of, places_among
+from ..elements import facet_nodes, parts_of, places_among
 from ..faces import lines_along
 from ..given import checked_stiffness, same_point
 from ..rigid import node_graph
 from .constraints import checked_labels, displaced, rows_of_nodes
 from .deck import Deck, deck_of_points
-from .meshes import file_path, mesh_of, with_midsides
+from .meshes import between, file_path, mesh_of, named, with_midsides
 from .text import text_of
 
 _FREQUENCY = re.compile(r"^ +\d+(?: +\S+){2} +(\S+) +\S+ *$", re.MULTILINE)  # number, eigenvalue, rad per time, cycles per time, imaginary part
@@ -144,7 +144,8 @@ class LabelledMatrix(Shown):
 
     def _answer(self) -> Mapping[str, object]:
         others = {"generalised": len(self.generalised)} if len(self.generalised) else {}
-        return {"unknowns": len(self.labels), "directions": self._directions, **others, "sets": sorted(self._known.sets) if self.deck else None}
+        sets = None if self.deck is None else sorted({*self._known.sets, *self._known.surfaces})
+        return {"unknowns": len(self.labels), "directions": self._directions, **others, "sets": sets}
 
     @property
     def _directions(self) -> int:
@@ -206,14 +207,22 @@ class LabelledMatrix(Shown):
         Parameters
         ----------
         where
-            Name of a node set; or the rows themselves, such as `np.flatnonzero(job.points[:, 1] == 0)`.
+            Name of a node set or surface; or the rows themselves, such as `np.flatnonzero(job.points[:, 1] == 0)`.
 
         Raises
         ------
         ModelError
-            The deck names no such set, or it is empty; numbers that are no rows of `points`.
+            The deck names no such set, or it is empty; numbers that are no rows of `points`; a surface between whose nodes there are other facets.
         """
-        return self._known.nodes(where)
+        deck, name = self._known, where.upper() if isinstance(where, str) else ""
+        if name in deck.sets or name not in deck.surfaces:
+            return deck.nodes(where)
+        alone = replace(deck, sets={}, element_sets={}, surfaces={name: deck.surfaces[name]})
+        facets = named(self.mesh, alone, "of the deck").boundaries[name]
+        whole, origin = self._whole
+        if len(between(self.mesh, np.unique(self.mesh.facets[:, facets]))) != len(facets):
+            raise ModelError(f"surface {name!r}: other facets lie between its nodes too; name flat parts of it")
+        return np.unique(origin[facet_nodes(whole, facets)].indices)
 
     def modes(self, path: str | Path) -> tuple[Array, Array]:
         """Natural frequencies (m,), cycles per unit of time, and shapes (m, n) of the modes that CalculiX printed, for `modal_load`.

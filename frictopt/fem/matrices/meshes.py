@@ -67,7 +67,7 @@ def read_mesh(path: str | Path) -> Mesh:
         mesh = mesh_of(deck, 2 if shape in PLANE else 3)
     except (ModelError, ValueError, IndexError) as error:  # scikit-fem refuses elements of nodes that are not in the file
         raise ModelError(f"mesh {file.name}: {str(error).removeprefix('deck: ')}") from error
-    return with_midsides(_named(mesh, deck, file.name).remove_unused_nodes(), elements, deck.points)[0]
+    return with_midsides(named(mesh, deck, file.name).remove_unused_nodes(), elements, deck.points)[0]
 
 
 def mesh_of(deck: Deck, directions: int) -> Mesh:
@@ -92,6 +92,23 @@ def mesh_of(deck: Deck, directions: int) -> Mesh:
     from skfem.io.meshio import from_meshio  # here, for it imports meshio
 
     return from_meshio(whole, force_meshio_type=linear)
+
+
+def between(mesh: Mesh, nodes: Integers, numbers: Integers | None = None) -> Integers:
+    """Facets of the outline all corners of which are among some nodes; with the numbers of all nodes, each of these is a corner of one.
+
+    Raises
+    ------
+    ModelError
+        There is none, or a node is no corner of one.
+    """
+    facets = mesh.boundary_facets()
+    inside = facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)]
+    if not len(inside):
+        raise ModelError(f"nodes: no facet of the outline lies between these {len(nodes)} nodes; give the nodes of a face")
+    if numbers is not None and len(lost := np.setdiff1d(nodes, mesh.facets[:, inside])):
+        raise ModelError(f"nodes: node {numbers[lost[0]]} lies on no facet of the outline between these nodes; give the nodes of a face")
+    return np.asarray(inside)
 
 
 def with_midsides(mesh: Mesh, elements: Integers, points: Array) -> tuple[Mesh, csr_matrix]:
@@ -136,7 +153,7 @@ def file_path(argument: str, path: str | Path) -> Path:
     return Path(path)
 
 
-def _named(mesh: Mesh, deck: Deck, what: str) -> Mesh:
+def named(mesh: Mesh, deck: Deck, what: str) -> Mesh:
     """The mesh with the sets of its deck as boundaries and subdomains."""
     facets, (shape, numbers, elements) = mesh.boundary_facets(), deck.shaped()
     subdomains = {name: own for name, members in deck.element_sets.items() if len(own := np.flatnonzero(np.isin(numbers, members)))}
