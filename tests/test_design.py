@@ -106,6 +106,21 @@ def test_the_best_profile_under_shear_carries_gross_slip():
     assert fo.shakedown_limit(system, cycle, 0.3).load_factor < 0.295 and design.load_factor == pytest.approx(0.3, rel=1e-8)
 
 
+@pytest.mark.parametrize("tangents", [1, 2])
+def test_a_preload_that_does_nothing_obeys_its_bounds_and_one_of_rounding_is_refused(tangents):
+    """Condensation leaves rounding of an interference that a free body gives way to: no amplitude of it could be told from none."""
+    rng = np.random.default_rng(5)
+    contact = random_contact(rng, 3) if tangents == 2 else random_system(rng, 3, ("mean", *"abc"))
+    large = contact.with_bonded({name: 1e6 * joined(*pair) for name, pair in contact.bonded.items()} | {"idle": np.zeros(3 * tangents + 3)})
+    model = fo.DesignModel(large, spatial_cycle(), preloads=["a", "idle"])
+    bounds = [model.preload >= -0.2, model.preload <= 1.0, model.load_factor >= 0.9 * fo.shakedown_limit(large, spatial_cycle(), 0.6).load_factor]
+    design = model.solve(0.6, bounds, objective=-cp.sum(model.preload))
+    assert design.preload["idle"] == pytest.approx(-0.2, abs=1e-7) and design.bound == pytest.approx(-design.preload.sum(), abs=1e-7)
+    for left in (1e-20, 1e-11):
+        with pytest.raises(fo.ModelError, match=r"preloads: 'idle' makes reactions of .* no more than the rounding of others"):
+            fo.DesignModel(contact.with_bonded({"idle": left * np.ones(3 * tangents + 3)}), spatial_cycle(), preloads=["a", "idle"])
+
+
 def test_two_bolts_that_nothing_else_helps_even_out_the_loads_of_the_nodes():
     """No mean load presses: the bolts alone do, within a budget b. Sheared along X, then Y, by s: each needs |s| / (sqrt 2 f) of it."""
     shears, f, budget = np.array([1.0, 0.4]), 0.3, 5.0

@@ -82,7 +82,7 @@ class DesignModel(SafeModel):
     Raises
     ------
     ModelError
-        Wrong types, unknown load cases, nothing to choose among, a scenario that is no pair.
+        Wrong types, unknown load cases, preloads that make no reactions but rounding, nothing to choose among, a scenario that is no pair.
 
     Examples
     --------

@@ -11,7 +11,8 @@ import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact import Array, ContactSystem, LoadCycle, joined
+from ..contact import CONDENSATION, Array, ContactSystem, LoadCycle, joined
+from ..errors import ModelError
 from ..solve.explain import Units, explain
 from .answered import Answered
 from .question import LimitQuestion
@@ -66,7 +67,14 @@ def design_loads(system: ContactSystem, preloads: Sequence[str], profile: bool, 
     faces = -system.S[-system.nodes :] if profile else np.zeros((0, len(system.S)))
     sizes = np.concatenate([np.abs(bolts).mean(axis=1), system.own_stiffness[-system.nodes :][: len(faces)]])
     amounts = cp.Variable(len(sizes), name="design")
-    return DesignLoads(tuple(preloads), force / np.where(sizes > 0, sizes, 1.0), np.vstack([bolts, faces]).T, amounts)
+    largest = max(np.abs(joined(*pair)).mean() for pair in system.bonded.values())
+    for name, size in zip(preloads, sizes, strict=False):
+        if 0 < size < CONDENSATION * largest:
+            raise ModelError(
+                f"preloads: {name!r} makes reactions of {size:.1e}, no more than the rounding of others, {largest:.1e}; leave it out if "
+                "it does nothing at the contact, else give the load case a larger unit"
+            )
+    return DesignLoads(tuple(preloads), force / np.where(sizes > 0, sizes, force), np.vstack([bolts, faces]).T, amounts)
 
 
 def built_in(
