@@ -72,6 +72,9 @@ class SafeSlipModel(SafeModel):
     _closing: float | Array = np.inf
     """Friction with which some slip is known to be safe at some load factor, all nodes closed; it is so with more."""
 
+    _opening: float | Array = -np.inf
+    """Friction with which none is known to be; it is so with less."""
+
     _given = True
     load_factor: cp.Parameter
     """The load factor that is given, a cvxpy parameter for constraints of your own."""
@@ -123,9 +126,10 @@ class SafeSlipModel(SafeModel):
             program = self._program(margin_problem, half_of(task), own, load_factor=load_factor)
             return solve_margin(task, load_factor, self._solver, program)
 
-        safe = None if own else safe_of(task)  # which may contradict each other where all nodes are closed
+        unsafe = bool((task.friction <= self._opening).all())
+        safe = None if own or unsafe else safe_of(task)  # own constraints may contradict each other where all nodes are closed
         if safe is None or not safe.exists:
-            rest = None if self._closed_somewhere(task) else rest_under_mean(task)
+            rest = rest_under_mean(task) if unsafe or not self._closed_somewhere(task) else None
             safe = safe_of(rest) if rest else safe or safe_of(task)
         return safe
 
@@ -137,7 +141,10 @@ class SafeSlipModel(SafeModel):
             closed = solve_margin(task, None, self._solver).exists
         except SolverError:
             return True
-        self._closing = task.friction if closed else self._closing
+        if closed:
+            self._closing = task.friction
+        else:
+            self._opening = task.friction
         return closed
 
 
