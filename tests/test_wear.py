@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from frictopt.transients.steady import reported
 from refused import refused
 from studies.validation.fuzz.embedded import embedded
 from systems import PULL
@@ -134,20 +135,22 @@ def test_the_plane_contact_in_space_wears_alike():
     plane, space = fo.wear(flat, cycle, f, load_factor, **options), fo.wear(solid, cycle, f, load_factor, steps=1, **options)
     assert np.allclose(space.depth[-1], plane.depth[-1], rtol=0, atol=1e-6 * plane.depth[-1].max())
     assert np.allclose(space.to_frame()["stick_width"], plane.to_frame()["stick_width"]) and len(space.depth) > 4
+    again = fo.wear(solid, cycle, f, load_factor, steps=2, **options | {"cycles": 1e2}).steady
+    assert again.dissipation > 0 and 0 < again.step_error < 1  # told of the last state, by fewer increments
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, fo.NoContinuation, fo.SolverError])
 def test_what_stops_wear_keeps_what_is_done(error, monkeypatch):
     asked = []
 
-    def stops(*args, **options):
-        asked.append(options)
+    def stops(*args):
+        asked.append(args)
         if len(asked) == 20:
             raise error("stop")
-        steady = fo.steady_state(*args, **options)
+        steady = reported(*args)
         return replace(steady, record=replace(steady.record, residual=5e-10)) if len(asked) == 1 else steady
 
-    monkeypatch.setattr(import_module("frictopt.histories.wear"), "steady_state", stops)
+    monkeypatch.setattr(import_module("frictopt.histories.wear"), "reported", stops)
     with pytest.raises(error) as caught:
         fo.wear(*COARSE, coefficient=1e-3)
     history = caught.value.history
