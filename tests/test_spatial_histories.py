@@ -9,6 +9,7 @@ from matplotlib.collections import PathCollection
 
 import frictopt as fo
 from frictopt.histories.ascent import _tangents, increment_map
+from frictopt.histories.range_search import Search
 from frictopt.histories.starts import LoadStep, smooth_modes
 from frictopt.transients.march import path_of
 from paths import settled
@@ -77,12 +78,26 @@ def test_the_least_excursion_is_that_of_the_plane():
 def test_the_range_is_that_of_the_plane():
     """In the plane by the exact path and by increments, and in space, where slips across the plane have no part in the least and the most work."""
     asked = CYCLE, 0.6, 0.65
-    plane, steps, space = (fo.dissipation_range(s, *asked, **how) for s, how in ((PAIR, {}), (PAIR, {"steps": 6}), (SOLID, {"steps": 6})))
-    for found in (steps, space):
+    ways = (PAIR, {}), (PAIR, {"steps": 6}), (PAIR, {"steps": 12}), (SOLID, {"steps": 6})  # of twelve increments the search makes five
+    plane, steps, many, space = (fo.dissipation_range(contact, *asked, **how) for contact, how in ways)
+    for found in (steps, many, space):
         assert found.most == pytest.approx(plane.most, rel=0.03) and found.least == plane.least == 0.0
         assert 0 < found.most_state.step_error < 0.1 and found.residual <= 1e-9
+    assert {state.steps for state in many.steady_states} == {12} == {many.least_state.steps, many.most_state.steps}
     reached = fo.steady_state(SOLID, CYCLE, 0.6, 0.65, initial_slip=space.worst_start, steps=6)
     assert reached.dissipation == space.most and "local extreme" in set(space.to_frame()["end"])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_rough_transient_has_the_work_of_the_settled_one_but_for_a_share(seed):
+    """Its last cycle is taken for the steady one when later ones change the work by a thousandth; it makes fewer of them."""
+    rng = np.random.default_rng(seed)
+    contact = random_contact(rng, 6)
+    asked = contact, cycle(), np.full(6, 0.5), (0.95 + 0.1 * seed) * fo.shakedown_limit(contact, cycle(), 0.5).load_factor
+    start = rng.normal(size=(6, 2))
+    rough, settled = (Search(*asked, None, 5, rough=how).follow("random", start).state for how in (True, False))
+    assert settled.dissipation > 0 and rough.cycles < settled.cycles
+    assert rough.dissipation == pytest.approx(settled.dissipation, rel=5e-3) and 0 < rough.work_error < 1e-3
 
 
 @pytest.fixture(scope="module")

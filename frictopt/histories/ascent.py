@@ -154,11 +154,11 @@ def increment_map(path: SteppedPath) -> ReturnMap:
         size = np.linalg.norm(d, axis=0)
         slips &= size > ROUNDING * np.abs(point.u).max()  # not one that turns to stick within rounding of its bound
         new = _after(S, f, point, D, slips, d)
-        dp, mean = S[-n:] @ (D + new) / 2, (previous.r + point.r)[-n:] / 2
+        mean = (previous.r + point.r)[-n:] / 2
+        gradient += (f * np.where(slips, size, 0.0) / 2) @ S[-n:] @ (D + new)
         for node in np.flatnonzero(slips):
             along = node + n * np.arange(len(d))
-            e = d[:, node] / size[node]
-            gradient += f[node] * (size[node] * dp[node] + mean[node] * (e @ (new[along] - D[along])))
+            gradient += f[node] * mean[node] / size[node] * (d[:, node] @ (new[along] - D[along]))
         D, previous = new, point
         derivatives.append(D)
     return ReturnMap(
@@ -186,5 +186,5 @@ def _after(S: Array, f: Array, point: Point, D: Array, slips: Booleans, d: Array
         right[along] = across @ D[along]
     new = np.where(moving[:, None], 0.0, D)
     new[-n:] = 0.0
-    new[moving] = np.linalg.solve(rows[np.ix_(moving, moving)], (right - rows @ new)[moving])
+    new[moving] = np.linalg.solve(rows[np.ix_(moving, moving)], right[moving] - rows[moving] @ new)
     return new

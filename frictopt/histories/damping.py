@@ -118,7 +118,7 @@ def damping_curve(
     range
         Whether to search the residual slips for the least and the most damping. Up to a guaranteed limit that is proven it is zero, and there is no
         search.
-        In space it takes hundreds of transients in increments for each load factor.
+        In space it takes hundreds of transients in increments for each load factor, see `dissipation_range`.
     steps
         Number of increments from corner to corner. None: the exact path in the plane, 20 in space.
     progress

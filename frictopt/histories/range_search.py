@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -9,7 +10,8 @@ from ..contact import LEVEL, PERIODIC, RESIDUAL, Array, ContactSystem, LoadCycle
 from ..errors import NoContinuation, SolverError
 from ..transients import SteadyState, steady_state
 from ..transients.begin import Transient
-from ..transients.cycles import Run
+from ..transients.cycles import Run, Settled
+from ..transients.judge import distance_left
 from ..transients.march import path_of
 from ..transients.steady import reported
 from .ascent import Ascent
@@ -25,6 +27,9 @@ _AROUND = 8, 200  # starts around an end at least, and at most: of many nodes fe
 _EACH = 1000  # nodes of these starts together, otherwise
 _WIDEST, _NARROWEST = 2.0, 0.05  # distances of these starts, over the spread of the slips of the end
 _CYCLES = 200  # of a transient, after which it is given up: some take thousands
+_ROUGH_STEPS = 5  # increments of a rough search, from corner to corner: a quarter of the usual ones
+_ROUGH = 1e-3  # of a work, what later cycles change of it and what a step gains that a rough search does not see
+_TELLING = 4  # cycles in turn whose works tell how much later ones change
 STOPPED, FAR = f"stopped after {_TRANSIENTS} transients", "far from the end of the range, and with a step hardly nearer"
 
 
@@ -71,6 +76,8 @@ class Search:
         Number of increments, see `path_of`.
     tell
         Is called for each transient.
+    rough
+        Whether works are needed roughly: transients end where later cycles change them by a thousandth, before their state comes back.
     """
 
     def __init__(
@@ -82,14 +89,21 @@ class Search:
         most: Array | None,
         steps: int | None = None,
         tell: Callable[[], object] = lambda: None,
+        rough: bool = False,
     ) -> None:
-        self._asked, self._most, self._steps = (system, cycle, friction, load_factor), most, steps
+        self._asked, self._most, self._steps, self._rough = (system, cycle, friction, load_factor), most, steps, rough
+        self._gain = _ROUGH if rough else _WORK_GAIN
         self.transients, self._tell = 0, tell
         self._extremes: list[float] = []  # works of the local extremes so far
         self._rng = np.random.default_rng(0)
         self._met: list[tuple[Array, Orbit]] = []  # states after one cycle, in slip scales, and what came of them
 
-    def follow(self, name: str, start: Array, least: float = 0.0) -> Orbit:
+    def in_few_increments(self) -> "Search | None":
+        """A rough search of the same contact; None on the exact path, and where the increments are few already."""
+        steps = path_of(*self._asked, steps=self._steps).steps
+        return Search(*self._asked, self._most, _ROUGH_STEPS, self._tell, rough=True) if steps >= 2 * _ROUGH_STEPS else None
+
+    def follow(self, name: str, start: Array, least: float = 0.0, most: int = _CYCLES) -> Orbit:
         """The steady state that one start leads to, unless two cycles one after the other have less work than the least that is looked for.
 
         The work of a transient falls from cycle to cycle, up to some 2 % in a thousand random ones. Where one cycle brings two transients to the same
@@ -99,9 +113,9 @@ class Search:
         self._tell()
         try:
             path = path_of(*self._asked, start, steps=self._steps).start()
-            run, found = Run(path, _CYCLES), None
+            run, found = Run(path, most), None
             while found is None:
-                found = run.advance()
+                found = run.advance() or (_nearly(run) if self._rough else None)
                 if len(run.works) == 1:
                     place = path.state.u / path.length
                     for other, met in self._met:
@@ -161,13 +175,13 @@ class Search:
                 step = ascent.step(radius * unit)
                 if self.transients >= limit:
                     return replace(orbit, end=STOPPED)
-                if step is None or not step[1] > _WORK_GAIN * orbit.work or radius < _LEAST:
+                if step is None or not step[1] > self._gain * orbit.work or radius < _LEAST:
                     self._extremes.append(orbit.work)
                     return replace(orbit, end="local extreme")
                 if sense * orbit.work + _LEAP * step[1] < aim:
                     return replace(orbit, end=FAR)
                 tried = self.follow(orbit.name, ascent.before + step[0], orbit.work if sense > 0 else 0.0)
-                better = tried if sense * (tried.work - orbit.work) > _WORK_GAIN * orbit.work else None
+                better = tried if sense * (tried.work - orbit.work) > self._gain * orbit.work else None
                 radius *= 2.0 if better else 0.25
             orbit = better
             if any(abs(orbit.work - known) <= LEVEL * known for known in self._extremes):
@@ -182,6 +196,15 @@ class Search:
             if not levels or orbit.work - levels[-1].work > LEVEL * orbit.work:
                 levels.append(orbit)
         return levels
+
+
+def _nearly(run: Run) -> Settled | None:
+    """The steady state as the last cycle shows it, once later ones change its work by no more than a thousandth, if the last changes tell."""
+    works = run.works[1:][-_TELLING:]  # not of the cycle from the mean load
+    if run.period > 1 or len(works) < _TELLING or not run.last:
+        return None
+    left, cycle = distance_left([abs(later - earlier) for earlier, later in pairwise(works)], 0.0), replace(run.last[-1], change=0.0)
+    return Settled(Outcome.CYCLIC_SLIP, run.path, cycle, left / works[-1], (cycle,)) if left < _ROUGH * works[-1] else None
 
 
 def _spread(slip: Array, path: Transient) -> float:

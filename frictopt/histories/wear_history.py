@@ -37,7 +37,7 @@ class WearHistory(Worn):
     Attributes
     ----------
     steady
-        The last steady state. Its contact is worn, and takes every other question.
+        The last steady state. Its contact is worn, and takes every other question. Its `step_error` is inf in space where an error ended the history.
     depth
         (J + 1, N) depth worn off at each node since the beginning, of both bodies together, length.
     pressure
