@@ -170,6 +170,7 @@ def test_decks_that_say_the_same_are_the_same(squares, old, new):
 
 UNUSED = [
     ("*node", "*part, name=a\n*node"),
+    ("*NSET, NSET=Both", "*contact pair, interaction=i\ns_up, s_low\n*step, nlgeom\n*NSET, NSET=Both"),
     ("*node, nset=Left", "*system\n*node, nset=Left, system=r"),
     ("*NSET, NSET=Both", "*instance, name=a-1, part=a\n 0., 0., 0.\n*NSET, NSET=Both"),
     ("*NSET, NSET=Both", "*ELEMENT, TYPE=MASS\n1, 10\n*ELEMENT, TYPE=U1\n9, 10, 20, 30,\n9, 50\n*NSET, NSET=Both"),  # two lines of nodes
@@ -213,6 +214,7 @@ DAMAGED = [  # file, text, what stands in its place (None: of the whole file; no
     ("job.sti", None, "1 1 1.0\n1 2 one\n", "entries that are no numbers"),
     ("job.sti", "", "12 12 2.0\n", "entries are given twice"),
     ("job.sti", "", "1 2 inf\n", "entry 13 is not finite"),
+    ("job.inp", "", "*CONTACT PAIR, INTERACTION=I\nS_UP, S_LOW\n*step, nlgeom, perturbation\n", r"springs of each \*CONTACT PAIR"),
     ("job.sti", "", "1 2 0.5\n2 1 0.4\n", r"not symmetric, K\[\d, \d\] = 0.\d but"),
 ]
 

@@ -36,7 +36,8 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     ------
     ModelError
         A file that is missing or damaged, a matrix without labels, of another size than its labels, or not symmetric; plane elements to which
-        CalculiX gives displacements along z (plane stress), or of several thicknesses; a rigid part whose rotation nodes do not determine.
+        CalculiX gives displacements along z (plane stress), or of several thicknesses; a rigid part whose rotation nodes do not determine; a contact
+        in a `*STEP, PERTURBATION`, whose springs are in the matrix.
 
     Examples
     --------
@@ -62,6 +63,7 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     written = read_deck(path)
     labels, felt = with_rotations(K, labels, written)
     _check_plane(labels, written)
+    _check_no_springs(path)
     K, M = (None if part is None else csr_matrix(part[felt][:, felt]) / written.thickness for part in (K, M))
     return MatrixJob(K, labels[felt], written, M=M)
 
@@ -75,6 +77,13 @@ def _matrix(what: str, path: Path, dof: Path, n: int) -> csr_matrix:
             "give both files of the same job"
         )
     return symmetric(what, row - 1, column - 1, value.astype(np.float64), n)
+
+
+def _check_no_springs(path: Path) -> None:
+    """Check that CalculiX (2.20 was seen) has put no springs of contacts into the matrix, which join the bodies."""
+    found = list(blocks(path))
+    if any(keyword == "CONTACTPAIR" for keyword, _, _ in found) and any(keyword == "STEP" and "PERTURBATION" in given for keyword, given, _ in found):
+        raise ModelError(f"deck {path.name}: *STEP, PERTURBATION puts the springs of each *CONTACT PAIR into the matrix; take *CONTACT PAIR out")
 
 
 def _check_plane(labels: Integers, deck: Deck) -> None:
