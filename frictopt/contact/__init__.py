@@ -1,10 +1,9 @@
-"""The discrete contact: system, load cycle, state, Coulomb's law with its referee, onset. Other rooms ask for what is in it here, by name."""
+"""The discrete contact: system, load cycle, state, Coulomb's law with its referee. Other rooms ask for what is in it here, by name."""
 
 from .checks import *
 from .coulomb import Verdict, friction_coefficients, lengths, off_law, referee
 from .cycle import LoadCycle, checked_cycle
 from .diagnosis import unscaled_diagnosis
-from .onset import Onset, OnsetEvent
 from .parts import joined, parted
 from .result import Attempt, LimitKind, Outcome, Plotted, Recorded, Shown, SolveRecord, Table, bar_of, components, frame, places
 from .state import ContactState

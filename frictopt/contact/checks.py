@@ -107,11 +107,13 @@ def real_array(name: str, values: object) -> Array:
         return np.array(raw, dtype=np.float64, order="C")
 
 
-def per_node(name: str, values: object, nodes: int) -> Array:
-    """Check real, finite numbers, one for all nodes or one for each, and return them as (N,)."""
+def per_node(name: str, values: object, nodes: int, negative: str = "") -> Array:
+    """Check real, finite numbers, one for all nodes or one for each, and return them as (N,); none below 0 where a text says why not."""
     array = finite_array(name, values)
     if array.shape not in ((), (nodes,)):
         raise ModelError(f"{name}: shape {array.shape}; give one number, or one for each of the {nodes} nodes")
+    if negative and array.min() < 0:
+        raise ModelError(f"{name}: {array.min():g}; {negative}")
     return np.broadcast_to(array, (nodes,))
 
 

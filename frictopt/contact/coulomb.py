@@ -27,10 +27,7 @@ def friction_coefficients(friction: ArrayLike, nodes: int) -> Array:
     >>> friction_coefficients(0.5, nodes=3).tolist()
     [0.5, 0.5, 0.5]
     """
-    array = per_node("friction", friction, nodes)
-    if array.min() < 0:
-        raise ModelError(f"friction: {array.min():g}; a coefficient of friction is not negative")
-    return array
+    return per_node("friction", friction, nodes, "a coefficient of friction is not negative")
 
 
 @dataclass(frozen=True, repr=False)

@@ -69,14 +69,12 @@ class LoadCycle(Plotted):
     times: Sequence[object] | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "mean", checked_loads("mean", self.mean))
-        object.__setattr__(self, "corners", _checked("corners", self.corners))
+        vars(self).update(mean=checked_loads("mean", self.mean), corners=_checked("corners", self.corners))
         if not self.corners:
             raise ModelError("corners: empty; a load cycle visits at least one corner")
         fixed = None if self.fixed is None else _checked("fixed", self.fixed)
         if fixed is not None and len(fixed) != len(self.corners):
             raise ModelError(f"fixed: {len(fixed)} loads for {len(self.corners)} corners; give one for each, {{}} where there is none")
-        object.__setattr__(self, "fixed", fixed if fixed and any(fixed) else None)
         given = None if self.times is None else listed("times", self.times)
         times = None if given is None else tuple(float(time / _SECOND) if isinstance(time, timedelta | np.timedelta64) else time for time in given)
         if times is not None and len(times) - len(self.corners) not in (0, 1):
@@ -86,7 +84,7 @@ class LoadCycle(Plotted):
                 finite_number("times", time)
             elif not hasattr(time, "isoformat") or time != time:  # a date that is missing differs from itself
                 raise ModelError(f"times: {shown(time)} is neither a number nor a date; give one of these, of texts by pandas.to_datetime")
-        object.__setattr__(self, "times", times)
+        vars(self).update(fixed=fixed if fixed and any(fixed) else None, times=times)
 
     def __hash__(self) -> int:
         loads = self.mean, *self.corners, *(self.fixed or ())

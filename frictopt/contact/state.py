@@ -60,8 +60,7 @@ class ContactState(Shown):
         corner = whole_number("next_corner", self.next_corner, least=0)
         if self.next_loads is not None and not isinstance(self.next_loads, str):
             raise ModelError(f"next_loads: {shown(self.next_loads)} is no text; give the loads of the corner as LoadCycle.corner_names writes them")
-        for name, value in {"slip": slip, **arrays, "next_corner": corner}.items():
-            object.__setattr__(self, name, value)
+        vars(self).update(slip=slip, **arrays, next_corner=corner)
 
     @property
     def open(self) -> Booleans:

@@ -119,23 +119,16 @@ class ContactSystem(Shown, Plotted):
         if gap.min() < 0:
             raise ModelError(f"gap: {gap.min():g} at node {int(gap.argmin())}; the bodies cannot overlap before loading, give gap >= 0")
         bonded, L = checked_bonded("bonded", self.bonded, n, axes - 1), self.compliance
-        for name, value in {
-            "S": S,
-            "points": points,
-            "bonded": bonded,
-            "gap": gap,
-            "frames": checked_frames(self.frames, n, axes),
-            "contact": None if self.contact is None else checked_contact("contact", self.contact, n),
-            "width": None if self.width is None else checked_width(self.width, n),
-            "E_star": None if self.E_star is None else finite_number("E_star", self.E_star, above=0.0),
-            "compliance": None if L is None else symmetrised("compliance", finite_array("compliance", L, (len(bonded),) * 2)),
-            "units": checked_units(self.units),
-            "nodes": n,
-            "tangents": axes - 1,
-            "slip_shape": (n,) if axes == 2 else (n, 2),
-            "stiffness_scale": float(np.trace(S) / len(S)) or 1.0,
-        }.items():
-            object.__setattr__(self, name, value)
+        vars(self).update(S=S, points=points, bonded=bonded, gap=gap, nodes=n, tangents=axes - 1, slip_shape=(n,) if axes == 2 else (n, 2))
+        vars(self).update(
+            frames=checked_frames(self.frames, n, axes),
+            contact=None if self.contact is None else checked_contact("contact", self.contact, n),
+            width=None if self.width is None else checked_width(self.width, n),
+            E_star=None if self.E_star is None else finite_number("E_star", self.E_star, above=0.0),
+            compliance=None if L is None else symmetrised("compliance", finite_array("compliance", L, (len(bonded),) * 2)),
+            units=checked_units(self.units),
+            stiffness_scale=float(np.trace(S) / len(S)) or 1.0,
+        )
         if axes == 2:
             check_order(self.x)
 

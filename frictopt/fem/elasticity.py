@@ -54,8 +54,7 @@ class Material:
     nu: float = 0.3
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "E", finite_number("E", self.E, above=0.0))
-        object.__setattr__(self, "nu", finite_number("nu", self.nu, above=-1.0, below=0.5))
+        vars(self).update(E=finite_number("E", self.E, above=0.0), nu=finite_number("nu", self.nu, above=-1.0, below=0.5))
 
     @property
     def lame(self) -> tuple[float, float]:

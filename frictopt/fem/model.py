@@ -10,8 +10,8 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS, Array, ContactSystem, Shown, joined, parted
-from ..contact.checks import check_name, checked_loads, finite_array, frozen, listed_parts, shown
+from ..contact import ContactSystem, Shown, joined, parted
+from ..contact.checks import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS, Array, check_name, checked_loads, finite_array, frozen, listed_parts, shown
 from ..contact.parts import compliances
 from ..contact.units import checked_units
 from ..errors import ModelError, ModelWarning
@@ -106,15 +106,9 @@ class ContactModel(Shown, Viewed):
             loads[name] = listed_parts(f"loads[{name!r}]", parts, *get_args(Load))
             if not parts:
                 raise ModelError(f"loads[{name!r}]: no load; give at least one, or leave the load case out")
-        for name, value in {
-            "bodies": MappingProxyType(dict(self.bodies)),
-            "supports": listed_parts("supports", self.supports, Support),
-            "loads": MappingProxyType(loads),
-            "contacts": contacts,
-            "kinematics": kinematics,
-            "units": checked_units(self.units),
-        }.items():
-            object.__setattr__(self, name, value)
+        supports, units = listed_parts("supports", self.supports, Support), checked_units(self.units)
+        given = {"bodies": MappingProxyType(dict(self.bodies)), "loads": MappingProxyType(loads)}
+        vars(self).update(given, supports=supports, contacts=contacts, kinematics=kinematics, units=units)
         _ = self._cases
         for contact, joint in zip(contacts, self._parts.joints, strict=True):
             bodies = [self.bodies[name] for name in (contact.body_1, contact.body_2)]

@@ -39,8 +39,7 @@ class LoadStep:
     cyclic: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "loads", checked_loads("loads", self.loads))
-        object.__setattr__(self, "cyclic", checked_loads("cyclic", self.cyclic))
+        vars(self).update(loads=checked_loads("loads", self.loads), cyclic=checked_loads("cyclic", self.cyclic))
 
     def __repr__(self) -> str:
         return f"LoadStep(loads={dict(self.loads)}, cyclic={dict(self.cyclic)})"

@@ -1,8 +1,8 @@
 """What questions answer: the classes of all results, for `isinstance` and for type hints; and how a store of them is read."""
 
-from ..contact import Attempt, Onset, OnsetEvent, SolveRecord, Verdict
+from ..contact import Attempt, SolveRecord, Verdict
 from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, SeparatedLimit, ShakedownLimit
-from ..transients import LoadLoop, SteadyState, Trajectory
+from ..transients import LoadLoop, Onset, OnsetEvent, SteadyState, Trajectory
 from .damping import DampingCurve
 from .dissipation_range import DissipationRange
 from .excursion import LeastExcursion

@@ -75,8 +75,7 @@ class Start(Portable):
             "overload": None if self.overload is None else finite_number(f"overload {of}", self.overload, least=0.0),
             "seed": None if self.seed is None else whole_number(f"seed {of}", self.seed, least=0, most=LARGEST_SEED),
         }
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
+        vars(self).update(checked)
 
     def slip_at(
         self, system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, load_factor: float, limit: ShakedownLimit | None = None

@@ -149,17 +149,10 @@ def _touching(centres: Array, radii: Array) -> list[Array]:
     About the first disc, the centre x and the distance s from it obey `2 e x = |e|^2 - d^2 + 2 s d` for each other disc, at e and larger by d.
     """
     first, apart, larger = centres[:, 0], centres[:, 1:] - centres[:, :1], radii[:, 1:] - radii[:, :1]
-    if not apart.shape[1]:
-        return [first]
+    right = np.stack([((apart**2).sum(axis=-1) - larger**2) / 2, larger], axis=-1)
+    u, w = np.moveaxis(np.linalg.pinv(apart) @ right, 2, 0)
+    a, b, c = 1 - (w**2).sum(axis=-1), (u * w).sum(axis=-1), (u**2).sum(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        if apart.shape[1] == 1:
-            distance = np.linalg.norm(apart[:, 0], axis=-1)
-            return [first + apart[:, 0] * ((distance + larger[:, 0]) / (2 * distance))[:, None]]
-        det = apart[:, 0, 0] * apart[:, 1, 1] - apart[:, 0, 1] * apart[:, 1, 0]
-        right = np.stack([((apart**2).sum(axis=-1) - larger**2) / 2, larger], axis=-1)
-        across = apart[:, ::-1, ::-1] * np.array([[1.0, -1.0], [-1.0, 1.0]])
-        u, w = np.einsum("nji,njs->sni", across, right) / det[:, None]
-        a, b, c = 1 - (w**2).sum(axis=-1), (u * w).sum(axis=-1), (u**2).sum(axis=-1)
         root = b + np.copysign(np.sqrt(b**2 + a * c), b)
         return [first + u + w * s[:, None] for s in (root / a, -c / root)]
 

@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..contact import GROWN, RESIDUAL, ContactSystem, LoadCycle, SolveRecord, checked_loads, flag, frozen, listed, shown, warns_of_odd_values
 from ..errors import ModelError
-from ..solve.contradiction import contradiction, is_unbounded
-from ..solve.solvers import solve
+from ..solve.solvers import contradiction, is_unbounded, solve
 from ..solve.standard_form import StandardForm, compiled
 from .design_result import PROFILE, Design, DesignLoads, built_in, design_loads
 from .friction_bounds import safe_set

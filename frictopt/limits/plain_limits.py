@@ -11,7 +11,7 @@ import numpy as np
 from ..contact import GROWN, RESIDUAL, Array, LimitKind, SolveRecord
 from ..contact.diagnosis import growth_diagnosis
 from ..errors import ModelError, SolverError
-from ..solve.contradiction import contradiction, is_unbounded
+from ..solve.solvers import contradiction, is_unbounded
 from .answered import Mechanism
 from .friction_bounds import safe_set
 from .judge import FAR, End, judged

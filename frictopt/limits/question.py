@@ -160,7 +160,8 @@ def pose(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, simpli
     unscaled = unscaled if any(loads != unscaled[0] for loads in unscaled) else unscaled[:1]  # equal fixed parts are a mean load
     r0, r1 = (reactions(system, part).reshape(len(part), -1, nodes) for part in (unscaled, cycle.corners))
     r0 = r0 - (system.S[:, -nodes:] @ system.gap).reshape(-1, nodes)  # all gaps are pressed shut
-    f, most = friction_coefficients(friction, system.nodes), None if slip_bound is None else _slip_bounds(slip_bound, system.nodes)
+    f, bounds = friction_coefficients(friction, system.nodes), "it bounds the size of the slip, give a length >= 0, or None for no bound"
+    most = None if slip_bound is None else per_node("slip_bound", slip_bound, system.nodes, bounds)
     AB, lean, closed = system.S[:, : -system.nodes], flag("simplify", simplify), np.ones(system.nodes, dtype=bool)
     units, fixed = units_of(f, r0, r1, AB), len(r0) > 1
     return LimitQuestion(system, cycle, f, r0, r1, AB, system.own_stiffness, lean, most, **units, fixed=fixed, closed=closed)
@@ -190,14 +191,6 @@ def units_of(f: Array, r0: Array, r1: Array, AB: Array) -> dict[str, Any]:
     coupled = np.abs(f[:, None] * AB[-len(f) :]) > NO_COUPLING * np.outer(stiffness, np.resize(stiffness, AB.shape[1]))
     opening, uncoupled = bool(f.min() < _LITTLE_FRICTION), not coupled.any()
     return {"force": force, "load_unit": load_unit, "mean_bound": mean_bound, "opening": opening, "uncoupled": uncoupled}
-
-
-def _slip_bounds(slip_bound: Any, nodes: int) -> Array:
-    """Check a slip bound, one or one per node, and return it as (N,)."""
-    most = per_node("slip_bound", slip_bound, nodes)
-    if most.min() < 0:
-        raise ModelError(f"slip_bound: {most.min():g}; it bounds the size of the slip, give a length >= 0, or None for no bound")
-    return most
 
 
 def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:

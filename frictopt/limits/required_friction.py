@@ -136,7 +136,8 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
         while not (asked.proven(root * (1 + step), True) and asked.proven(root * (1 - step), False)):
             step *= 4
             if step > _WIDEST_PROOF:
-                less, more = asked.bracket
+                less = max((f for f, safe in asked.found.items() if not safe.exists), default=0.0)
+                more = min(f for f, safe in asked.found.items() if safe.exists)
                 raise SolverError(
                     f"required friction: no slip is safe with {less:g}, one of up to {asked.safe(more).largest_slip:.3g} is with {more:g}, and "
                     f"rounding leaves it open what is enough between them; give a {smaller}slip_bound if that slip is more than assembly can leave, "
@@ -163,13 +164,13 @@ class _Asked:
         task = model._asked
         self.slip_opens = not task.uncoupled and float(np.abs(task.r0[:, :-1]).max()) > RESIDUAL * task.force
         """Whether slip under the mean load may open nodes that it presses while they stick."""
-        self._found: dict[float, SafeSlip] = {}
+        self.found: dict[float, SafeSlip] = {}
 
     def safe(self, friction: float) -> SafeSlip:
         """The slip that stays furthest inside the friction bounds."""
-        if friction not in self._found:
-            self._found[friction] = self._model.solve(friction, self._load_factor)
-        return self._found[friction]
+        if friction not in self.found:
+            self.found[friction] = self._model.solve(friction, self._load_factor)
+        return self.found[friction]
 
     def root(self, most: float) -> float:
         """The friction at which the margin vanishes, below one that is enough; less than the least friction where it does not.
@@ -209,13 +210,7 @@ class _Asked:
     @property
     def opened(self) -> bool:
         """Whether nodes are open under the mean load, which need not be pressed."""
-        return any(safe.open.any() for safe in self._found.values())
-
-    @property
-    def bracket(self) -> tuple[float, float]:
-        """The largest friction asked for that is proven to be too little, and the least that is proven to be enough."""
-        exists = {friction: safe.exists for friction, safe in self._found.items()}
-        return max((f for f, enough in exists.items() if not enough), default=0.0), min(f for f, enough in exists.items() if enough)
+        return any(safe.open.any() for safe in self.found.values())
 
 
 class Pressing:

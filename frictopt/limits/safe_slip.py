@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..contact import RESIDUAL, Array, ContactSystem, LoadCycle, finite_number, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
-from ..solve.contradiction import contradiction
-from ..solve.solvers import NoOptimum, solve
+from ..solve.solvers import NoOptimum, contradiction, solve
 from .friction_bounds import safe_set
 from .judge import answered, judged_margin
 from .own_rows import OF_A_MODEL

@@ -7,8 +7,9 @@ from typing import Any, TypeAlias
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..contact import RESIDUAL, Array, Booleans, ContactSystem, Onset, lengths
+from ..contact import RESIDUAL, Array, Booleans, ContactSystem, lengths
 from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, SeparatedLimit, ShakedownLimit
+from ..transients import Onset
 from .nodes import circle, face_map, friction_ratio, label_panels, lines, lines_or_band, looks, node_at, ratio_map, ratios
 from .style import BLACK, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, one_axes, picture, series
 

@@ -2,9 +2,9 @@ from . import exact as exact
 from . import increments as increments
 from .loop import LoadLoop
 from .march import march
-from .onset import onset
+from .onset import Onset, OnsetEvent, onset
 from .outcome import SteadyState
 from .steady import steady_state
 from .trajectory import Trajectory
 
-__all__ = ["LoadLoop", "SteadyState", "Trajectory", "exact", "increments", "march", "onset", "steady_state"]
+__all__ = ["LoadLoop", "Onset", "OnsetEvent", "SteadyState", "Trajectory", "exact", "increments", "march", "onset", "steady_state"]

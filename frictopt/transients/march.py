@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from time import perf_counter
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -84,7 +84,7 @@ def march(
     whole_number("cycles", cycles, least=0)
     flag("progress", progress)
     asked = system, cycle, friction, load_factor, initial_slip, initial_state
-    path = path_of(*asked, steps, engine)
+    path = path_of(*asked, steps=steps, engine=engine)
     begun = path.visited
     if isinstance(path, ExactPath):
         path, error, legs = path.recorded(), 0.0, path.begun + path.legs * cycles
@@ -167,17 +167,8 @@ def amplitudes_at(system: ContactSystem, cycle: LoadCycle, load_factor: float, t
     return np.array([np.interp(time, begin + np.arange(len(stops)), column) for column in np.transpose(stops)]).T
 
 
-def path_of(
-    system: ContactSystem,
-    cycle: LoadCycle,
-    friction: ArrayLike,
-    load_factor: float,
-    initial_slip: ArrayLike | None = None,
-    initial_state: ContactState | None = None,
-    steps: int | None = None,
-    engine: object = None,
-) -> ExactPath | SteppedPath:
-    """A transient that has not begun, by an engine of `march`; `steps` is the number of increments from corner to corner, None: 20.
+def path_of(system: ContactSystem, *asked: Any, steps: int | None = None, engine: object = None) -> ExactPath | SteppedPath:
+    """A `Transient` that has not begun, by an engine of `march`; `steps` is the number of increments from corner to corner, None: 20.
 
     Without an engine it is exact in the plane where no number of increments is given, else by Newton's method.
 
@@ -196,8 +187,7 @@ def path_of(
         )
     if way == "path" and steps is not None:
         raise ModelError(f"steps: {steps}; the exact path has none, leave it out or choose an engine of increments: {', '.join(ENGINES)}")
-    asked = system, cycle, friction, load_factor, initial_slip, initial_state
-    return ExactPath(*asked) if way == "path" else SteppedPath(way, steps, *asked)
+    return ExactPath(system, *asked) if way == "path" else SteppedPath(way, steps, system, *asked)
 
 
 def mean_state(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> ContactState:

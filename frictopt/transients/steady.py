@@ -93,7 +93,7 @@ def steady_state(
     flag("progress", progress)
     extra = None if overload is None else finite_number("overload", overload, least=0.0)
     asked = system, cycle, friction, load_factor, initial_slip, initial_state
-    path = path_of(*asked, steps)
+    path = path_of(*asked, steps=steps)
     with bar_of(progress and path.steps > 0, "steady state", "cycle", delay=2) as bar:
         first = Run(path.start(extra), most_cycles, bar.update)
         found = first.settled()
