@@ -107,7 +107,7 @@ def wear(
 
     def settle(worn: ContactSystem, state: ContactState | None) -> SteadyState:
         last[:] = worn, state
-        run = Run(path_of(worn, cycle, friction, load_factor, None, state, steps).start(), MOST_CYCLES)
+        run = Run(path_of(worn, cycle, friction, load_factor, None, state, steps=steps).start(), MOST_CYCLES)
         return reported(run, run.settled(), np.inf if run.path.steps else 0.0)
 
     with bar_of(flag("progress", progress), "wear", "jump", delay=2) as bar:
