@@ -135,8 +135,21 @@ def test_the_plane_contact_in_space_wears_alike():
     plane, space = fo.wear(flat, cycle, f, load_factor, **options), fo.wear(solid, cycle, f, load_factor, steps=1, **options)
     assert np.allclose(space.depth[-1], plane.depth[-1], rtol=0, atol=1e-6 * plane.depth[-1].max())
     assert np.allclose(space.to_frame()["stick_width"], plane.to_frame()["stick_width"]) and len(space.depth) > 4
-    again = fo.wear(solid, cycle, f, load_factor, steps=2, **options | {"cycles": 1e2}).steady
-    assert again.dissipation > 0 and 0 < again.step_error < 1  # told of the last state, by fewer increments
+
+
+def test_increments_tell_their_error_of_the_last_state_which_stays_that_of_the_last_jump(monkeypatch):
+    contact, *asked = cylinder(8)
+    options = {"coefficient": 1e-3, "cycles": 3e2, "tolerance": 0.05, "steps": 2}
+    done = fo.wear(contact, *asked, **options)
+    assert 0 < done.steady.step_error < 1 and done.steady.dissipation == done.to_frame()["work"].iloc[-1] > 0 and len(done.depth) > 2
+
+    def stops(*_args, **_options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(import_module("frictopt.histories.wear"), "steady_state", stops)
+    with pytest.raises(KeyboardInterrupt) as caught:
+        fo.wear(contact, *asked, **options)
+    assert np.array_equal(caught.value.history.depth, done.depth) and caught.value.history.steady.step_error == np.inf
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, fo.NoContinuation, fo.SolverError])

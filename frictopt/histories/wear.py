@@ -116,12 +116,12 @@ def wear(
             while not (reason := course.ended(most)):
                 course.jump(most)
                 bar.update()
+            if course.steady.steps:  # the error of its increments, which takes two more transients, is asked of the last state alone
+                course.steady = steady_state(last[0], cycle, friction, load_factor, initial_state=last[1], steps=steps, progress=False)
         except (KeyboardInterrupt, NoContinuation, SolverError) as error:
             error.history = course.history(f"{type(error).__name__}: {error}")  # type: ignore[union-attr]  # each keeps its class
             error.add_note(f"wear: {course.cycles:.6g} cycles are in the attribute `history`; from its `system` and `state` wear goes on")
             raise
-        if course.steady.steps:  # the error of its increments, which takes two more transients, is asked of the last state alone
-            course.steady = steady_state(last[0], cycle, friction, load_factor, initial_state=last[1], steps=steps, progress=False)
         return course.history(reason)
 
 
