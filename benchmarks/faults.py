@@ -59,7 +59,7 @@ FAULTS = (
           _CYCLES),
     Fault("transients/judge.py", "states may turn round their limit", "np.any(np.abs(rates.imag) > 0) or", "", _CYCLES),
     Fault("transients/judge.py", "states may change sides", "np.any(rates.real < 0) or", "", _CYCLES),
-    Fault("contact/checks.py", "inaccurate elimination is let pass", "EQUILIBRIUM = 1e3", "EQUILIBRIUM = 1e8", _DOOR + " studies_extremes"),
+    Fault("contact/tolerances.py", "inaccurate elimination is let pass", "EQUILIBRIUM = 1e3", "EQUILIBRIUM = 1e8", _DOOR + " studies_extremes"),
     Fault("contact/stiffness.py", "soft surfaces hold a free body", "strained = values > RIGID", "strained = values > -1", "contact_stiffness"),
     Fault("contact/parts.py", "springs do not know the width", "len(width)) * width) for name", "len(width)) * width**0) for name",
           "contact_stiffness"),

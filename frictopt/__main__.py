@@ -18,7 +18,7 @@ from .contact.files import WRITERS, output
 from .errors import FrictoptError, ModelError, StoreError
 
 if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
-    from .contact import ContactSystem, Table
+    from .contact import ROUNDING, ContactSystem, Table
     from .fem.matrices.job import MatrixJob
 
 _KINDS = {"shakedown": "shakedown_limit", "guaranteed": "guaranteed_limit", "separated": "separated_limit", "onset": "onset"}
@@ -202,7 +202,6 @@ def _sums(system: "ContactSystem") -> "Table":
     """The sum of the bonded reactions of each load case, zero where only rounding is left."""
     import numpy as np
 
-    from .contact.checks import ROUNDING
     from .contact.result import frame
 
     names = [*(["sum of q"] if system.tangents == 1 else ["sum of q1", "sum of q2"]), "sum of p", "least p", "most p"]

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import frictopt
-from frictopt.contact import checks
+from frictopt.contact import tolerances
 from frictopt.transients.exact import kernel
 
 PACKAGE = Path(frictopt.__file__).parent
@@ -38,7 +38,7 @@ def test_all_compiled_code_stands_in_one_file_that_imports_nothing_of_the_packag
 
 
 def test_its_copies_of_the_tolerances_are_true():
-    assert (kernel._ROUNDING, kernel._CONDENSATION, kernel._NO_DRIVE) == (checks.ROUNDING, checks.CONDENSATION, checks.NO_DRIVE)
+    assert (kernel._ROUNDING, kernel._CONDENSATION, kernel._NO_DRIVE) == (tolerances.ROUNDING, tolerances.CONDENSATION, tolerances.NO_DRIVE)
 
 
 @pytest.mark.slow

@@ -1,6 +1,30 @@
 """The discrete contact: system, load cycle, state, Coulomb's law with its referee. Other rooms ask for what is in it here, by name."""
 
-from .checks import *
+from .checks import (
+    LARGEST_SEED,
+    Array,
+    Booleans,
+    Integers,
+    check_text,
+    checked_cases,
+    checked_contact,
+    checked_loads,
+    choice,
+    finite_array,
+    finite_number,
+    finite_numbers,
+    flag,
+    frozen,
+    listed,
+    per_node,
+    place,
+    real_array,
+    shown,
+    warns_of_odd_values,
+    whole,
+    whole_array,
+    whole_number,
+)
 from .coulomb import Verdict, friction_coefficients, lengths, off_law, referee
 from .cycle import LoadCycle, checked_cycle
 from .diagnosis import unscaled_diagnosis
@@ -8,3 +32,4 @@ from .parts import joined, parted
 from .result import Attempt, LimitKind, Outcome, Plotted, Recorded, Shown, SolveRecord, Table, bar_of, components, frame, places
 from .state import ContactState
 from .system import ContactSystem, checked_plane, checked_system, reactions
+from .tolerances import *

@@ -11,11 +11,12 @@ from typing import Self
 import numpy as np
 
 from ..errors import ModelError
-from .checks import ROUNDING, Array, checked_loads, finite_number, listed, shown
+from .checks import Array, checked_loads, finite_number, listed, shown
 from .history import history_corners, independent_corners
 from .parts import parted
 from .result import Plotted, Table
 from .system import ContactSystem, checked_system, reactions
+from .tolerances import ROUNDING
 
 _SECOND = np.timedelta64(1, "s")
 _SHOWN = 4  # corners in the text of a load cycle: those of two independent loads

@@ -5,10 +5,11 @@ from math import hypot
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .checks import CONDENSATION, Array
+from .checks import Array
 from .coulomb import friction_coefficients, lengths
 from .cycle import LoadCycle, checked_cycle
 from .system import ContactSystem, checked_system
+from .tolerances import CONDENSATION
 
 _MOST_SETS = 100  # changes of the set of open nodes
 _SAFE = "the mean load presses all nodes and none slips under it"

@@ -7,7 +7,8 @@ from types import MappingProxyType
 import numpy as np
 
 from ..errors import ModelError
-from .checks import CONDENSATION, SAME_POINT, Array, Names, checked_cases, finite_array, frozen, real_array, shown
+from .checks import Array, Names, checked_cases, finite_array, frozen, real_array, shown
+from .tolerances import CONDENSATION, SAME_POINT
 
 _ORTHONORMAL = 10 * CONDENSATION  # error of the frames of the pairs up to which they are orthonormal, as for given normals
 _SOFTEST = 1e-150  # stiffness of a spring, and largest compliance: the product of two larger numbers overflows

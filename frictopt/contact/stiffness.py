@@ -3,7 +3,8 @@
 import numpy as np
 
 from ..errors import ModelError
-from .checks import CONDENSATION, RIGID, Array, frozen
+from .checks import Array, frozen
+from .tolerances import CONDENSATION, RIGID
 
 
 def symmetrised(name: str, matrix: Array) -> Array:

@@ -10,8 +10,8 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, Shown, joined, parted
-from ..contact.checks import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS, Array, check_name, checked_loads, finite_array, frozen, listed_parts, shown
+from ..contact import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS, ContactSystem, Shown, joined, parted
+from ..contact.checks import Array, check_name, checked_loads, finite_array, frozen, listed_parts, shown
 from ..contact.parts import compliances
 from ..contact.units import checked_units
 from ..errors import ModelError, ModelWarning

@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, Outcome, Plotted, Shown, checked_cycle, checked_system, friction_coefficients, reactions
-from ..contact.checks import ROUNDING, Array, finite_number, finite_numbers, flag, frozen, warns_of_odd_values
+from ..contact import ROUNDING, ContactSystem, LoadCycle, Outcome, Plotted, Shown, checked_cycle, checked_system, friction_coefficients, reactions
+from ..contact.checks import Array, finite_number, finite_numbers, flag, frozen, warns_of_odd_values
 from ..errors import ModelError, NoContinuation
 from ..limits import guaranteed_limit, shakedown_limit
 from ..transients import SteadyState, steady_state

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactState, ContactSystem, LoadCycle, checked_system
-from ..contact.checks import LARGEST_SEED, ROUNDING, Array, check_text, finite_array, finite_number, finite_numbers, frozen, whole_number
+from ..contact import ROUNDING, ContactState, ContactSystem, LoadCycle, checked_system
+from ..contact.checks import LARGEST_SEED, Array, check_text, finite_array, finite_number, finite_numbers, frozen, whole_number
 from ..contact.result import Portable
 from ..errors import ModelError
 from ..limits import ShakedownLimit, safe_slip, safe_vertices, shakedown_limit

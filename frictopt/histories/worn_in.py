@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, reactions
-from ..contact.checks import CONDENSATION, RESIDUAL, Array, Booleans, finite_number, frozen, warns_of_odd_values
+from ..contact import CONDENSATION, RESIDUAL, ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, reactions
+from ..contact.checks import Array, Booleans, finite_number, frozen, warns_of_odd_values
 from ..contact.diagnosis import open_nodes
 from ..contact.result import Outcome, SolveRecord, Table, frame, places
 from ..errors import ModelError, SolverError

@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactState, ContactSystem, LoadCycle, Plotted, Recorded, SolveRecord, components, frame, joined, lengths, parted, places
-from ..contact.checks import RESIDUAL, Array, Booleans, frozen
+from ..contact.checks import Array, Booleans, frozen
+from ..contact.tolerances import RESIDUAL
 from ..solve.explain import Units
 from .question import LimitQuestion
 

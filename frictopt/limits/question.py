@@ -10,7 +10,8 @@ from scipy.linalg import cholesky, lu_factor, lu_solve
 from scipy.linalg.lapack import dpotri
 
 from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, lengths, off_law, parted, reactions
-from ..contact.checks import CONDENSATION, NO_COUPLING, RIGID, Array, Booleans, Integers, flag, per_node
+from ..contact.checks import Array, Booleans, Integers, flag, per_node
+from ..contact.tolerances import CONDENSATION, NO_COUPLING, RIGID
 from ..errors import ModelError
 
 Images: TypeAlias = tuple[Integers, Integers, Array]

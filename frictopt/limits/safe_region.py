@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ..contact import ContactSystem, checked_system, friction_coefficients
-from ..contact.checks import RESIDUAL, ZERO_LOAD_FACTOR, Array, check_name, checked_loads, finite_number, frozen, listed, warns_of_odd_values
+from ..contact import RESIDUAL, ZERO_LOAD_FACTOR, ContactSystem, checked_system, friction_coefficients
+from ..contact.checks import Array, check_name, checked_loads, finite_number, frozen, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
 from .answered import Mechanism
 from .parts import on_whole, rest_of

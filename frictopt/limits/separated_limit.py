@@ -25,8 +25,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import Attempt, ContactSystem, LimitKind, LoadCycle, SolveRecord, unscaled_diagnosis
-from ..contact.checks import RESIDUAL, Array, frozen, warns_of_odd_values, whole_number
+from ..contact import RESIDUAL, Attempt, ContactSystem, LimitKind, LoadCycle, SolveRecord, unscaled_diagnosis
+from ..contact.checks import Array, frozen, warns_of_odd_values, whole_number
 from ..errors import FrictoptError
 from ..solve.explain import Units, explain
 from ..solve.solvers import BoundStatus, bounds

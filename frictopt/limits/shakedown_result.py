@@ -17,7 +17,8 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactSystem, LimitKind, LoadCycle, Plotted, Shown, components, frame, lengths, parted, places, unscaled_diagnosis
-from ..contact.checks import RESIDUAL, ROUNDING, Array, finite_array, finite_number, frozen
+from ..contact.checks import Array, finite_array, finite_number, frozen
+from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import ModelError, SolverError
 from ..solve.explain import explain
 from .answered import Mechanism, Rated

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, joined, off_law, parted, reactions
-from ..contact.checks import NO_DRIVE, RESIDUAL, Array, Booleans, finite_array, finite_number
+from ..contact.checks import Array, Booleans, finite_array, finite_number
 from ..contact.diagnosis import mean_load_diagnosis, pressing
 from ..contact.state import checked_state
+from ..contact.tolerances import NO_DRIVE, RESIDUAL
 from ..errors import ModelError
 
 STICK, SLIP, OPEN = 0, 1, 2

@@ -7,8 +7,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contact import ContactState, ContactSystem, LoadCycle, bar_of, checked_system, parted
-from ..contact.checks import RESIDUAL, Array, Booleans, choice, flag, frozen, warns_of_odd_values, whole_number
+from ..contact import RESIDUAL, ContactState, ContactSystem, LoadCycle, bar_of, checked_system, parted
+from ..contact.checks import Array, Booleans, choice, flag, frozen, warns_of_odd_values, whole_number
 from ..errors import ModelError, NoContinuation, SolverError
 from .begin import OPEN
 from .exact import ExactPath

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactState, ContactSystem, LoadCycle, Outcome, Plotted, Recorded, SolveRecord, Table, components, frame, places
-from ..contact.checks import SAME_STATE, Array, Booleans, finite_number, frozen, whole_number
+from ..contact import SAME_STATE, ContactState, ContactSystem, LoadCycle, Outcome, Plotted, Recorded, SolveRecord, Table, components, frame, places
+from ..contact.checks import Array, Booleans, finite_number, frozen, whole_number
 from ..errors import ModelError, SolverError
 from .fretting import fretting_table, worst_planes
 from .loop import LoadLoop

@@ -5,8 +5,8 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactState, ContactSystem, LoadCycle, Outcome, SolveRecord, bar_of, off_law, parted
-from ..contact.checks import RESIDUAL, ROUNDING, finite_number, flag, warns_of_odd_values, whole_number
+from ..contact import RESIDUAL, ROUNDING, ContactState, ContactSystem, LoadCycle, Outcome, SolveRecord, bar_of, off_law, parted
+from ..contact.checks import finite_number, flag, warns_of_odd_values, whole_number
 from ..errors import NoContinuation, SolverError
 from .cycles import Run, Settled
 from .judge import returns_after

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..contact import ContactState, ContactSystem, LoadCycle, Plotted, Shown, SolveRecord, Table, Verdict, components, frame, joined, places, referee
-from ..contact.checks import SIMULTANEOUS, Array, choice, frozen, whole_number
+from ..contact.checks import Array, choice, frozen, whole_number
+from ..contact.tolerances import SIMULTANEOUS
 from ..errors import ModelError
 from .loop import LoadLoop
 

@@ -30,7 +30,7 @@ STICK, SLIP, OPEN = 0, 1, 2
 DONE, UNSETTLED, STALLED, FULL = 0, 1, 2, 3
 """Results of `follow`: end of the segment; no statuses found that agree with their rates, or others may, too; too many events; the record is full."""
 
-_ROUNDING, _CONDENSATION, _NO_DRIVE = 1e-12, 1e-10, 1e-15  # copies of `frictopt.contact.checks`; a test compares them
+_ROUNDING, _CONDENSATION, _NO_DRIVE = 1e-12, 1e-10, 1e-15  # copies of `frictopt.contact.tolerances`; a test compares them
 AT_BOUND = 10 * _ROUNDING
 """Slack of a node, over its friction bound and a thousandth of the force scale, below which the node is at its bound."""
 

@@ -12,7 +12,8 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from ...contact import ContactSystem, Recorded, SolveRecord, checked_system, components, frame, friction_coefficients, joined, off_law, parted
-from ...contact.checks import RESIDUAL, Array, finite_array
+from ...contact.checks import Array, finite_array
+from ...contact.tolerances import RESIDUAL
 from ...errors import ModelError, SolverError
 from ...solve.explain import explain
 from ..begin import HOLD, OPEN
