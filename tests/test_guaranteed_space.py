@@ -104,6 +104,11 @@ def test_discs_that_touch_at_many_points_coincide_or_lie_on_a_line():
     line = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.5, 0.0]])
     middle, radius = smallest_discs(line[None], np.array([[0.1, 0.2, -0.3, 0.4]]))
     assert middle[0] == pytest.approx([0.8, 0.0]) and radius == pytest.approx(0.9)
+    for beyond in (1e-4, 1e-8, 1e-10):  # a small disc that a large one nearly holds
+        distance = 0.6 * np.hypot(1.0, 0.3) * (1 + beyond)
+        pair = 0.6 * (1 + beyond) * np.array([[[0.0, 0.0], [1.0, 0.3]]])
+        radii = np.array([[0.2, 0.2 + 0.6 * np.hypot(1.0, 0.3)]])
+        assert smallest_discs(pair, radii)[1] == pytest.approx((distance + radii.sum()) / 2, rel=1e-11)
 
 
 @pytest.mark.parametrize("friction", [0.2, 0.5, 1.0])

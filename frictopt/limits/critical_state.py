@@ -153,6 +153,9 @@ def _touching(centres: Array, radii: Array) -> list[Array]:
     u, w = np.moveaxis(np.linalg.pinv(apart) @ right, 2, 0)
     a, b, c = 1 - (w**2).sum(axis=-1), (u * w).sum(axis=-1), (u**2).sum(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
+        if apart.shape[1] == 1:  # where the larger one nearly holds the other, all digits of a are lost
+            distance = np.linalg.norm(apart[:, 0], axis=-1)
+            return [first + apart[:, 0] * ((distance + larger[:, 0]) / (2 * distance))[:, None]]
         root = b + np.copysign(np.sqrt(b**2 + a * c), b)
         return [first + u + w * s[:, None] for s in (root / a, -c / root)]
 
