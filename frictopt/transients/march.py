@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from time import perf_counter
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -167,7 +167,17 @@ def amplitudes_at(system: ContactSystem, cycle: LoadCycle, load_factor: float, t
     return np.array([np.interp(time, begin + np.arange(len(stops)), column) for column in np.transpose(stops)]).T
 
 
-def path_of(system: ContactSystem, *asked: Any, steps: int | None = None, engine: object = None) -> ExactPath | SteppedPath:
+def path_of(
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: ArrayLike,
+    load_factor: float,
+    initial_slip: ArrayLike | None = None,
+    initial_state: ContactState | None = None,
+    *,
+    steps: int | None = None,
+    engine: object = None,
+) -> ExactPath | SteppedPath:
     """A `Transient` that has not begun, by an engine of `march`; `steps` is the number of increments from corner to corner, None: 20.
 
     Without an engine it is exact in the plane where no number of increments is given, else by Newton's method.
@@ -187,7 +197,8 @@ def path_of(system: ContactSystem, *asked: Any, steps: int | None = None, engine
         )
     if way == "path" and steps is not None:
         raise ModelError(f"steps: {steps}; the exact path has none, leave it out or choose an engine of increments: {', '.join(ENGINES)}")
-    return ExactPath(system, *asked) if way == "path" else SteppedPath(way, steps, system, *asked)
+    asked = system, cycle, friction, load_factor, initial_slip, initial_state
+    return ExactPath(*asked) if way == "path" else SteppedPath(way, steps, *asked)
 
 
 def mean_state(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> ContactState:

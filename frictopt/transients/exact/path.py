@@ -1,11 +1,11 @@
 """The exact path of one transient, from corner to corner of the load cycle."""
 
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ...contact import RESIDUAL, Array, LoadCycle, checked_plane, off_law
+from ...contact import RESIDUAL, Array, ContactState, ContactSystem, LoadCycle, checked_plane, off_law
 from ...contact.history import turning_points
 from ...errors import NoContinuation
 from ..begin import Cycle, Transient
@@ -69,8 +69,16 @@ class ExactPath(Transient):
     (2, -0.5)
     """
 
-    def __init__(self, *asked: Any, **more: Any) -> None:
-        super().__init__(*asked, **more)
+    def __init__(
+        self,
+        system: ContactSystem,
+        cycle: LoadCycle,
+        friction: ArrayLike,
+        load_factor: float,
+        initial_slip: ArrayLike | None = None,
+        initial_state: ContactState | None = None,
+    ) -> None:
+        super().__init__(system, cycle, friction, load_factor, initial_slip, initial_state)
         checked_plane(self.system, "follow it by march or steady_state, in increments")
         nodes = self.nodes
         self._S, self.unit = self.system.S, np.tile(self.scales.length, 2)
