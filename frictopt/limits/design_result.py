@@ -71,8 +71,8 @@ def design_loads(system: ContactSystem, preloads: Sequence[str], profile: bool, 
     for name, size in zip(preloads, sizes, strict=False):
         if 0 < size < CONDENSATION * largest:
             raise ModelError(
-                f"preloads: {name!r} makes reactions of {size:.1e}, no more than the rounding of others, {largest:.1e}; leave it out if "
-                "it does nothing at the contact, else give the load case a larger unit"
+                f"preloads: {name!r} makes reactions of {size:.1e}, no more than the rounding of others of up to {largest:.1e}; leave it out "
+                "if it does nothing at the contact, else give the load case a larger unit, or others a smaller one"
             )
     return DesignLoads(tuple(preloads), force / np.where(sizes > 0, sizes, force), np.vstack([bolts, faces]).T, amounts)
 
