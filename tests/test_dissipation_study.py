@@ -118,6 +118,15 @@ def test_a_run_that_failed_is_tried_again_and_never_replaces_a_result(contact, f
         assert merge_stores(tmp_path / into, [tmp_path / part for part in parts]) == 3
         assert set(fo.results.read_store(tmp_path / into).error) == {""}
 
+    def is_late(*args, **options):
+        merge_stores(tmp_path / "shared", [tmp_path / "both"])
+        return fails_above_the_limit(*args, **options)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(run, "steady_state", is_late)
+        late = fo.dissipation_study(**study | {"store": tmp_path / "shared"})
+    assert late.outcome[2] == "FAILED" and set(fo.results.read_store(tmp_path / "shared").error) == {""}
+
 
 def test_a_safe_slip_that_no_solver_finds_is_a_row_and_the_others_go_on(contact, factors, monkeypatch):
     def fail(*_args, **_options):

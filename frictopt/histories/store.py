@@ -123,7 +123,7 @@ class Store:
         return pd.DataFrame(sound, columns=list(TYPES)).astype(TYPES)
 
     def write(self, row: Mapping[str, Any]) -> None:
-        """Write the row of one run, NULL for what it lacks; it replaces a row with the same key.
+        """Write the row of one run, NULL for what it lacks; it replaces a row with the same key, but a run that failed never replaces a result.
 
         Raises
         ------
@@ -133,7 +133,11 @@ class Store:
         given: dict[str, Any] = {name: row.get(name) for name in TYPES}
         values = [None if pd.isna(value) else float(value) + 0.0 if TYPES[name] == "float64" else value for name, value in given.items()]
         with self._errors():  # sqlite has neither NaN nor a sign of zero
-            self._connection.execute(f"INSERT OR REPLACE INTO runs VALUES ({', '.join('?' * len(values))}, ?)", (*values, _checksum(values)))
+            known = "EXISTS (SELECT 1 FROM runs WHERE key = ? AND outcome <> ?)"
+            self._connection.execute(
+                f"INSERT OR REPLACE INTO runs SELECT {', '.join('?' * len(values))}, ? WHERE NOT (? = ? AND {known})",
+                (*values, _checksum(values), row["outcome"], FAILED, row["key"], FAILED),
+            )
 
     @contextmanager
     def _errors(self) -> Iterator[None]:
@@ -227,10 +231,8 @@ def merge_stores(into: str | os.PathLike[str], parts: Iterable[str | os.PathLike
     """
     found = [row for part in listed("parts", parts) for row in read_store(part).to_dict("records")]
     with closing(Store(into)) as store:
-        known = set(store.read()["key"])
-        for row in sorted(found, key=lambda row: row["outcome"] != FAILED):  # results last: they replace failures, never the other way round
-            if row["outcome"] != FAILED or row["key"] not in known:
-                store.write(row)
+        for row in found:
+            store.write(row)
         return len(store.read())
 
 
