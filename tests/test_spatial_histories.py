@@ -88,6 +88,21 @@ def test_the_range_is_that_of_the_plane():
     assert reached.dissipation == space.most and "local extreme" in set(space.to_frame()["end"])
 
 
+def test_where_no_rough_transient_has_a_result_the_search_is_made_in_all_increments(monkeypatch):
+    follow = Search.follow
+
+    def none_in_five(self, name, start, *rest, **options):
+        found = follow(self, name, start, *rest, **options)
+        return replace(found, state=None, end="lost") if self._rough else found
+
+    monkeypatch.setattr(Search, "follow", none_in_five)
+    found = fo.dissipation_range(PAIR, CYCLE, 0.6, 0.65, steps=10)
+    assert found.most == pytest.approx(fo.dissipation_range(PAIR, CYCLE, 0.6, 0.65).most, rel=0.03) and "failed" not in repr(found)
+    assert found.to_frame()["start"].str.startswith("around").any()
+    first, *others = found._orbits
+    assert f"failed=1 of {1 + len(others)} " in repr(replace(found, _orbits=(replace(first, state=None), *others)))
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_a_rough_transient_has_the_work_of_the_settled_one_but_for_a_share(seed):
     """Its last cycle is taken for the steady one when later ones change the work by a thousandth; it makes fewer of them."""

@@ -84,7 +84,9 @@ class DissipationRange(Shown, Plotted):
         return pd.DataFrame(rows, columns=["start", "dissipation", "outcome", "open", "end"])
 
     def _answer(self) -> Mapping[str, object]:
-        return {name: getattr(self, name) for name in ("least", "most", "transients", "residual")} | {"proven": False}
+        lost = sum(orbit.state is None for orbit in self._orbits)
+        failed = {"failed": f"{lost} of {len(self._orbits)} starts and ends of searches"} if lost else {}
+        return {name: getattr(self, name) for name in ("least", "most", "transients", "residual")} | failed | {"proven": False}
 
 
 @warns_of_odd_values
@@ -178,13 +180,14 @@ def _range(runs: Search, starts: RangeStarts) -> DissipationRange:
         followed += [orbit for row in starts.beyond() for orbit in runs.further(row)]
     levels = runs.levels(followed)
     rough = runs.in_few_increments()
-    if rough and (begun := rough.levels([rough.follow(orbit.name, orbit.start) for orbit in followed])):
+    begun = rough.levels([rough.follow(orbit.name, orbit.start) for orbit in followed]) if rough else []
+    if rough and begun:
         found = rough.levels([*begun, *_searched(rough, begun)])
         followed += [runs.follow(orbit.name, orbit.start, most=MOST_CYCLES) for orbit in dict.fromkeys((*found[:_SURE], *found[-_SURE:]))]
         levels = runs.levels(followed)
     if not levels:
         raise NoContinuation(f"dissipation range: none of {len(followed)} transients has a result; the first one says: {followed[0].end}")
-    ends = _climbed(runs, levels[:1], levels[-1:]) if rough else _searched(runs, levels)
+    ends = _climbed(runs, levels[:1], levels[-1:]) if begun else _searched(runs, levels)
     orbits = [orbit for orbit in (*followed, *ends) if orbit.state is not None]
     low, high = min(orbits, key=lambda orbit: orbit.work), max(orbits, key=lambda orbit: orbit.work)
     least = runs.told(low)
