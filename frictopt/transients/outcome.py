@@ -220,7 +220,8 @@ class SteadyState(Recorded, Plotted):
               Topper, largest tensile stress times half the range of the strain. Both are of the plane normal to the tangent, in space to the largest
               slip, so that SWT is NaN where nothing slips (fields have it there, too);
             - SWT, Findley, Fatemi_Socie and Crossland, where fields are given, each on its critical plane, whatever its direction; `from` and `to`,
-              least and largest normal stress on that of SWT: pyLife reads them as a load collective, one cycle a node.
+              least and largest normal stress on that of SWT: pyLife reads them as a load collective, one cycle a node. Planes are searched in steps
+              down to 0.001 degrees; where maxima cross at a kink, SWT was up to 1e-4 of itself too low.
 
             `attrs["note"]` says which columns are a property of the mesh: at the corner of a complete contact tractions and stresses grow without end
             as elements shrink, and so do F1, F2 and SWT there.
