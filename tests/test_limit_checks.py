@@ -239,6 +239,13 @@ def test_where_the_time_is_over_the_bound_is_the_solver_s_and_not_what_it_has_fo
     assert policy.bounds(SimpleNamespace(**stopped, **methods), 5) == policy.Bounds(bound, policy.BoundStatus.FOUND, why)
 
 
+def test_a_solver_that_fails_without_a_word_gives_no_bound():
+    def fails(**_):
+        raise ArithmeticError
+
+    assert policy.bounds(SimpleNamespace(solve=fails), 5) == policy.Bounds(np.inf, policy.BoundStatus.OPEN, "HiGHS fails: ")
+
+
 def test_why_there_is_no_limit_is_said_with_the_error_of_its_proof_or_not_at_all(monkeypatch):
     task = pose(single(), fo.LoadCycle({"P": 1.0}, [{"X": 1.0}]), 0.5)
     takes_all = np.array([[-task.load_unit / task.AB[0, 0], 0.0]])

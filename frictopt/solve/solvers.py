@@ -270,7 +270,7 @@ def bounds(problem: cp.Problem, most_nodes: int) -> Bounds:
         try:
             problem.solve(solver="HIGHS", warm_start=False, highs_options={**_HIGHS_BOUND, "mip_max_nodes": most_nodes})
         except (cp.SolverError, ValueError, ArithmeticError) as error:
-            return Bounds(math.inf, BoundStatus.OPEN, f"HiGHS fails: {str(error).splitlines()[0]}")
+            return Bounds(math.inf, BoundStatus.OPEN, f"HiGHS fails: {error}".splitlines()[0])
         finally:
             Highs.resetGlobalScheduler(True)  # for programs of others
     if problem.status == cp.INFEASIBLE:
