@@ -308,7 +308,7 @@ FAULTS = (
           "increment_engines"),
     Fault("transients/exact/kernel.py", "sweeps may leave slip that friction does not oppose", "off = max(off, np.sqrt(min(turned, across)))",
           "off = max(off, 0.0)", "increment_engines"),
-    Fault("transients/increments/by_newton.py", "open nodes go on without the force of their gap", "(u[-n:] + gap) / length", "0.0 * gap",
+    Fault("transients/increments/by_newton.py", "open nodes go on without the force of their gap", "u[-n:] + gap])", "0.0 * gap])",
           "increment_engines"),
     Fault("transients/sliding.py", "a load is balanced by twice the friction", "if (size <= friction * p).all():",
           "if (size <= 2.0 * friction * p).all():", "sliding"),

@@ -13,7 +13,7 @@ from frictopt.contact.parts import joined, parted
 from frictopt.errors import NoContinuation
 from frictopt.transients.exact.kernel import increment, sweep
 from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement, NewtonIncrement
-from frictopt.transients.increments.newton import newton
+from frictopt.transients.increments.newton import State, newton
 from spatial import random_contact
 from systems import SEEDS, random_system
 
@@ -102,6 +102,21 @@ def test_increments_in_turn_are_those_one_by_one(seed, nodes, in_space, friction
                 assert np.allclose(one.slip, v, atol=1e-9) and np.allclose(one.gap, w + contact.gap, atol=1e-9) and (one.status == status).all()
             slip, u = v, found
     assert not asked or friction > 0.5
+
+
+def test_newtons_method_goes_on_from_gaps_and_ends_at_rounding():
+    """Gaps of ten thousand times the slip have rounding far above the least error it asks for."""
+    rng, steps = np.random.default_rng(1), []
+    contact = random_contact(rng, 20).with_gap(np.where(np.arange(20) < 5, 0.0, 1e4))
+    engine = NewtonIncrement(contact, 0.4)
+    by_newton, load = engine._by_newton, joined(0.3 * rng.normal(size=(20, 2)), 1 + rng.random(20))
+    engine._swept = lambda u, r: (State(u, r, np.zeros(20, np.int8), 0, np.inf), r)
+    engine._by_newton = lambda *start: steps.append(by_newton(*start)) or steps[-1]
+    _, (u, r, _) = list(engine.along(np.zeros(60), [load, 1.01 * load]))
+    (v, w), (q, p) = parted(u, 3), parted(r, 3)
+    state = {"v": v, "w": w + contact.gap, "q": q, "p": p}
+    assert fo.reference.referee(contact, parted(1.01 * load, 3), 0.4, **state, previous_slip=steps[0].slip).residual < 1e-9
+    assert steps[0].steps < 9 and steps[1].steps < 5
 
 
 def test_a_jump_is_not_taken_again_because_it_was_taken_once():

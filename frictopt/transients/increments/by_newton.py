@@ -57,26 +57,27 @@ class NewtonIncrement(FrictionIncrement):
     def along(self, u: Array, loads: Sequence[Array]) -> Iterator[tuple[Array, Array, NDArray[np.int8]]]:
         """States after several loads in turn, see `FrictionIncrement`; reactions and gaps go on from those before.
 
-        Where sweeps do not reach a state, Newton's method begins at the motions of the cycle before, once they repeat: where several states obey the
-        law, those of a jump would lead to the next jump.
+        Where sweeps do not reach a state, Newton's method begins at the gaps before, and at the motions of the cycle before once they repeat: where
+        several states obey the law, those of a jump would lead to the next jump.
         """
         n, gap, stress, axes = self.system.nodes, self.system.gap, self.system.S @ u, self.system.tangents + 1
         for load in loads:
             way = loads[0].tobytes() + load.tobytes()
+            last, repeats = self._begun.get(way, (np.full(u.shape, np.nan), False))
+            start = np.concatenate([np.zeros(len(u) - n), u[-n:] + gap])
             if way not in self._begun:
-                start, r = np.zeros_like(u), load + stress
+                r = load + stress
                 force = force_scale(load[-n:], r)
                 length = force / self.system.stiffness_scale
-                start[-n:] = (u[-n:] + gap) / length
-                state, r = self._swept(start, r / force)
+                state, r = self._swept(start / length, r / force)
                 if state.error <= ROUNDING:
                     u = np.concatenate([u[:-n] + length * state.u[:-n], length * state.u[-n:] - gap])
                     stress = force * r - load
                     yield u, force * state.r, state.status
                     continue
+                start = length * state.u
             posed = Posed(self, parted(u, axes)[0], parted(load, axes))
-            last, repeats = self._begun.get(way, (np.full(u.shape, np.nan), False))
-            new = self._by_newton(posed, last / posed.length) if repeats else self.solve(posed.slip, posed.bonded)
+            new = self._by_newton(posed, (last if repeats else start) / posed.length)
             new = new if new.record.residual <= RESIDUAL else self.solve(posed.slip, posed.bonded)
             before, u = u, joined(new.slip, new.gap - gap)
             moved = np.concatenate([(u - before)[:-n], new.gap])

@@ -22,6 +22,7 @@ from ..begin import OPEN, SLIP, STICK
 _NEWTON = 1e-2 * ROUNDING  # dimensionless errors of the law from which on Newton's method is done
 _STEPS = 60  # Newton steps for one increment at most
 _HALVINGS = 6  # of a step in the line search
+_GAIN = 0.25  # of the squared error by a step: where it falls by less, what is left is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +70,7 @@ def newton(law: Law, trial: Array, u: Array, most: int = _STEPS) -> State:
             if found.merit < best.merit:
                 break
             share /= 2
-        if found.merit >= best.merit and best.error <= STALLED:
+        if found.merit > _GAIN * best.merit and best.error <= STALLED:
             break
         best = found
     still = np.concatenate([np.tile(best.status == STICK, len(best.unit)), best.status != OPEN])
