@@ -130,7 +130,7 @@ def test_decks_are_read_as_written(squares):
 def test_surfaces_name_their_nodes(squares):
     """Of faces of elements and of nodes; a set of the same name goes first."""
     named = "*SURFACE, NAME=Side\nFIRST, S4\n*SURFACE, NAME=Nodes, TYPE=NODE\nRIGHT\n10\n*SURFACE, NAME=Right\n1, S4\n"
-    named += "*SURFACE, NAME=Around\nALL, S3\n1, S4\n7, S1"
+    named += "*SURFACE, NAME=Around\nALL, S3\n1, S4\n7, S1\n*SURFACE, NAME=Lost\n99, S1"
     (squares / "job.inp").write_text(SQUARES + named)
     job = fo.read_calculix(squares / "job")
     assert {name: job.deck.numbers[job.nodes(name)].tolist() for name in ("side", "NODES", "RIGHT")} == {
@@ -141,6 +141,8 @@ def test_surfaces_name_their_nodes(squares):
     assert np.array_equal(job.force("Side", pressure=1.0), job.force([0, 1], pressure=1.0))
     with pytest.raises(fo.ModelError, match="'AROUND': other facets lie between its nodes too"):  # the end at x = 2
         job.nodes("around")
+    with pytest.raises(fo.ModelError, match="'LOST': no element of the deck has one of its faces"):
+        job.nodes("lost")
 
 
 OTHERWISE = [  # the same, in other ways

@@ -212,13 +212,16 @@ class LabelledMatrix(Shown):
         Raises
         ------
         ModelError
-            The deck names no such set, or it is empty; numbers that are no rows of `points`; a surface between whose nodes there are other facets.
+            The deck names no such set, or it is empty; numbers that are no rows of `points`; a surface without faces, or between whose nodes
+            there are other facets.
         """
         deck, name = self._known, where.upper() if isinstance(where, str) else ""
         if name in deck.sets or name not in deck.surfaces:
             return deck.nodes(where)
         alone = replace(deck, sets={}, element_sets={}, surfaces={name: deck.surfaces[name]})
-        facets = named(self.mesh, alone, "of the deck").boundaries[name]
+        facets = named(self.mesh, alone, "of the deck").boundaries.get(name)
+        if facets is None:
+            raise ModelError(f"surface {name!r}: no element of the deck has one of its faces; repair it, or give a node set")
         whole, origin = self._whole
         if len(between(self.mesh, np.unique(self.mesh.facets[:, facets]))) != len(facets):
             raise ModelError(f"surface {name!r}: other facets lie between its nodes too; name flat parts of it")
