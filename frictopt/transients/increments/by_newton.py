@@ -63,7 +63,6 @@ class NewtonIncrement(FrictionIncrement):
         n, gap, stress, axes = self.system.nodes, self.system.gap, self.system.S @ u, self.system.tangents + 1
         for load in loads:
             way = loads[0].tobytes() + load.tobytes()
-            last, repeats = self._begun.get(way, (np.full(u.shape, np.nan), False))
             start = np.concatenate([np.zeros(len(u) - n), u[-n:] + gap])
             if way not in self._begun:
                 r = load + stress
@@ -77,6 +76,7 @@ class NewtonIncrement(FrictionIncrement):
                     continue
                 start = length * state.u
             posed = Posed(self, parted(u, axes)[0], parted(load, axes))
+            last, repeats = self._begun.get(way, (np.full(u.shape, np.nan), False))
             new = self._by_newton(posed, (last if repeats else start) / posed.length)
             new = new if new.record.residual <= RESIDUAL else self.solve(posed.slip, posed.bonded)
             before, u = u, joined(new.slip, new.gap - gap)
