@@ -18,6 +18,7 @@ _LEAST = 4  # cycles with the same events before the first extrapolation, and cy
 _CLOSE = 1e-2  # distance of a fixed point, in slip scales, from which on it is looked for: returns from further off tell little of it
 _GAIN = 4  # ratio of the changes in returns from one extrapolated fixed point and the next
 _SAME = 3e-8  # difference of the works at fixed points from two states of a transient, over their sum, up to which these are one
+_LATER, _TOLD = 1e-2, 1e-5  # error of a work whose last events are yet to come, over its distance (0.2 % in random contacts), and the largest taken
 _BETWEEN = (0.5, 0.1)  # shares of the way from the fixed point to the last state
 _MORE = 30  # cycles followed until the work repeats
 _DIES_OUT = 0.5  # error of a work, over itself, from which on all of it may die out: slow decay has an error of 1, known to some per cent
@@ -61,9 +62,9 @@ class Run:
         Extrapolations that failed since the events last changed, and returns until the next one.
     fixed
         In increments a return from the last fixed point that was found.
-    aside, slow
+    aside, slow, later
         Difference of the works of the last two fixed points, over that of a return: later states of the transient may lead to others. And the sum of
-        all later changes over the last one, where the transient went on from its limit.
+        all later changes over the last one, where the transient went on from its limit. And the error of its work for events that it had yet to meet.
     extrapolated
         Whether it did.
     """
@@ -80,6 +81,7 @@ class Run:
     pause: int = 0
     fixed: Cycle | None = None
     aside: float = 0.0
+    later: float = 0.0
     slow: float = 1.0
     extrapolated: bool = False
 
@@ -91,9 +93,8 @@ class Run:
         NoContinuation
             The transient ends, or no steady state is proven within the number of cycles; attributes say what is known by then.
         """
-        found = None
-        while found is None:
-            found = self.advance()
+        while (found := self.advance()) is None:
+            pass
         return found
 
     def advance(self) -> Settled | None:
@@ -130,13 +131,7 @@ class Run:
         return None
 
     def follow(self, path: Transient | None) -> Cycle:
-        """One return of a transient.
-
-        Raises
-        ------
-        NoContinuation
-            It ends, or there is none.
-        """
+        """One return of a transient; NoContinuation if it ends, or there is none."""
         if path is None:
             raise NoContinuation("steady state: there is no state to follow")
         cycle = path.cycle_on(self.period)
@@ -164,7 +159,7 @@ class Run:
                 if not slides:
                     return Settled(Outcome.SHAKEDOWN, path, replace(end, work=0 * end.work), 0.0, (end,))
                 if off < _DIES_OUT:
-                    return Settled(Outcome.CYCLIC_SLIP, path, end, max(off, self.slow * self.aside), (end,))
+                    return Settled(Outcome.CYCLIC_SLIP, path, end, max(off, self.slow * self.aside, self.later), (end,))
         drifts = self.ratchets()
         return None if drifts is None else Settled(Outcome.RATCHETING, path, replace(cycle, change=0.0), drifts, (cycle,))
 
@@ -223,7 +218,7 @@ class Run:
         Their map is not affine where slips turn, so that one extrapolation follows the other: each takes returns from the point that the one before
         has found, which change less than a quarter as much. In the end a return comes back, while the last return of the transient itself came
         closer, and so do returns from between. Where returns keep some slips as they are there are other fixed points nearby, so that a later state
-        of the transient must lead to the same works.
+        of the transient must lead to the same works. Events that it has yet to meet move them, the less the closer it is.
         """
         self.pause = max(self.pause - 1, 0)
         if self.pause or len(self.last) < _LEAST:
@@ -247,7 +242,10 @@ class Run:
             return None
         apart = np.abs(proving.work - earlier.work)
         self.aside = float(apart.sum() / (proving.work.sum() or 1.0))
-        return (proof, proving) if (apart <= _SAME * proving.work.sum() + none).all() else None
+        seen = (proving.work <= none).all() or all(one.events == proving.events for one in self.last[-_LEAST:])
+        self.later = 0.0 if seen else _LATER * float(np.abs(last.work - proving.work).sum() / proving.work.sum())
+        self.pause = max(_LEAST, (self.later > _TOLD) * len(self.works) // 4)
+        return (proof, proving) if (apart <= _SAME * proving.work.sum() + none).all() and self.later <= _TOLD else None
 
     def drifts_on(self) -> str:
         """In words, that more returns cannot help: one from where the drift leads in all cycles left has the same events and drift.
