@@ -18,7 +18,7 @@ from .contact.files import WRITERS, output
 from .errors import FrictoptError, ModelError, StoreError
 
 if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
-    from .contact import ROUNDING, ContactSystem, Table
+    from .contact import ContactSystem, Table
     from .fem.matrices.job import MatrixJob
 
 _KINDS = {"shakedown": "shakedown_limit", "guaranteed": "guaranteed_limit", "separated": "separated_limit", "onset": "onset"}
@@ -203,6 +203,7 @@ def _sums(system: "ContactSystem") -> "Table":
     import numpy as np
 
     from .contact.result import frame
+    from .contact.tolerances import ROUNDING
 
     names = [*(["sum of q"] if system.tangents == 1 else ["sum of q1", "sum of q2"]), "sum of p", "least p", "most p"]
     rows = np.array([[*q.reshape(len(p), -1).sum(axis=0), p.sum(), p.min(), p.max()] for q, p in system.bonded.values()])
