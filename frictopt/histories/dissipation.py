@@ -68,9 +68,8 @@ def dissipation_study(
         Any executor of `concurrent.futures`' interface, such as a `ProcessPoolExecutor` or a dask client's `get_executor()`; None: runs are
         followed one by one in this process. A run that it loses is a row that says so, and is not kept in the store.
     store
-        File that keeps each finished run by its content: a study that is started again computes only the missing runs and
-        those that failed, which other versions may follow. Several studies may share the
-        file on a disk of this machine. `results.read_store` reads it.
+        File that keeps each finished run by its content: a study that is started again computes only the missing runs and those that failed, which
+        other versions may follow. Several studies may share the file on a disk of this machine. `results.read_store` reads it.
     progress
         Show count, rate and time left, on a terminal and in a notebook.
 

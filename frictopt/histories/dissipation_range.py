@@ -113,9 +113,8 @@ def dissipation_range(
 
     Where there are ten increments or more, all this is done with five, and transients end where later cycles change their work by a thousandth. The
     four levels with the most work and the four with the least are then followed in all increments, and the search goes on from the best at each end.
-    It takes some hundreds of transients, whatever the number of nodes; a punch of 64 nodes on a block took 13 s of one processor, one of 169 nodes
-    68 s. Contacts that settle slowly take longer. A transient without a steady state in 200 cycles, of these levels in 2000, is given up: `to_frame`
-    tells which.
+    It takes some hundreds of transients, whatever the number of nodes, and longer where contacts settle slowly. A transient without a steady state in
+    200 cycles, of these levels in 2000, is given up: `to_frame` tells which.
 
     The result is an inner estimate, which no theorem closes: other starts may have more work. Orbits on which nodes open are counted
     but not searched from.
