@@ -56,6 +56,15 @@ def test_damping_below_the_guaranteed_limit_where_a_node_opens_and_closes():
     assert curve.least_damping[0] <= min(damping) + 1e-12 and curve.most_damping[0] >= max(damping) * (1 - 1e-9)
 
 
+def test_a_node_without_friction_slides_where_the_others_rest():
+    """Two springs: the load moves the free one by its compliance from the smallest amplitude on."""
+    loads = {"N": ([0.0, 0.0], [1.0, 1.0]), "F": ([-1.0, -0.5], [0.0, 0.0])}
+    pair = fo.ContactSystem.from_blocks(np.diag([2.0, 5.0]), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads, compliance=np.eye(2))
+    curve = fo.damping_curve(pair, opposed("F", {"N": 1.0}), [0.0, 0.5], [0.1, 0.9])
+    assert curve.displacement == pytest.approx((1 + 1.0**2 / 2) * curve.load_factor) and not curve.work.any()
+    assert np.array_equal(curve.least_frequency, curve.frequency) and np.array_equal(curve.most_frequency, curve.frequency)
+
+
 def oscillator():
     """Three masses in the plane, two wedge faces of 40 degrees with springs (Balaji and Ferhatoglu): the contact, frequency of its third mode."""
     k, kxy, kD, kt, kn = 1e5, 3e5, 1e6, 3e5, 3e5

@@ -195,7 +195,7 @@ def _measured(steady: SteadyState, direction: Array, compliance: float) -> tuple
     """
     if steady.outcome is Outcome.RATCHETING:
         raise NoContinuation(f"damping: the contact ratchets at load factor {steady.load_factor:g}, so its displacement has no range; load it less")
-    if steady.outcome is Outcome.SHAKEDOWN and not steady.open.any():
+    if steady.outcome is Outcome.SHAKEDOWN and steady.friction.all() and not steady.open.any():
         return compliance * steady.load_factor, 0.0
     path = steady.states()
     return float(np.ptp(path.system.displacements(path.amplitudes, path.slip, path.gap) @ direction) / 2), steady.dissipation
