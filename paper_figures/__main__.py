@@ -15,7 +15,7 @@ from typing import Any, Protocol, cast
 import pandas as pd
 from matplotlib.figure import Figure
 
-from studies.tables import INTERRUPTED, Table, data_folder, whole_number, writable
+from studies.tables import INTERRUPTED, Table, data_folder, to_its_end, whole_number, writable
 
 from . import style
 from .prepare import prepare
@@ -95,4 +95,4 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    raise SystemExit(to_its_end(main))

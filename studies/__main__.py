@@ -4,7 +4,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from .tables import Study
+from .tables import Study, to_its_end
 
 _MODULES = """
 first_look limits scenes guaranteed separation increments dissipation range damping wear design joint space spatial size validity
@@ -29,4 +29,4 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    raise SystemExit(to_its_end(main))

@@ -1,6 +1,9 @@
 """Command lines of the studies and the figures: what cannot be done is said before anything is computed."""
 
 import errno
+import os
+import subprocess
+import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -55,6 +58,15 @@ def test_a_full_disk_is_an_error_without_a_traceback(computed, tmp_path, monkeyp
     monkeypatch.setattr(pd.DataFrame, "to_parquet", full)
     assert studies.main(["small", "--data", str(tmp_path / "data")]) == 1
     assert "No space left" in capsys.readouterr().err and computed
+
+
+@pytest.mark.parametrize("arguments", [["studies", "--help"], ["studies", "first_look", "--help"], ["paper_figures", "--list"]])
+def test_a_reader_that_stops_early_hears_no_complaint(arguments):
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run([sys.executable, "-m", *arguments], stdout=write, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(write)
+    assert (done.returncode, done.stderr) == (141, "")
 
 
 @pytest.mark.parametrize("workers", ["0", "x"])
