@@ -16,7 +16,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.histories import run
-from frictopt.histories.store import DamagedRows, Store
+from frictopt.histories.store import DamagedRows, Store, merge_stores
 from systems import CYCLE, random_system
 
 CONTACT = random_system(np.random.default_rng(3), 3)
@@ -185,6 +185,28 @@ def test_a_killed_process_loses_no_finished_run(tmp_path, undisturbed, followed)
     assert len(fo.results.read_store(tmp_path / "runs")) == 2 + 9
     same(study(store=tmp_path / "runs"), undisturbed)
     assert len(followed) == len(FACTORS) - 11
+
+
+def test_a_run_that_failed_is_tried_again_and_never_replaces_a_result(undisturbed, followed, tmp_path, monkeypatch):
+    def late(*args, **options):
+        merge_stores(tmp_path / "shared", tmp_path.glob("both"))  # once there is one
+        if args[3] == FACTORS[-1]:
+            raise fo.SolverError("another version")
+        return fo.steady_state(*args, **options)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(run, "steady_state", late)
+        assert (study(store=tmp_path / "runs").outcome == "FAILED").tolist() == 19 * [False] + [True]
+    for name in ("first", "last"):
+        merge_stores(tmp_path / name, [tmp_path / "runs"])
+    same(study(store=tmp_path / "runs"), undisturbed)
+    assert followed == [FACTORS[-1]]
+    for into, parts in (("first", ["runs"]), ("runs", ["last"]), ("both", ["runs", "last"])):
+        assert merge_stores(tmp_path / into, [tmp_path / part for part in parts]) == len(FACTORS)
+        assert set(fo.results.read_store(tmp_path / into).error) == {""}
+    monkeypatch.setattr(run, "steady_state", late)
+    assert study(store=tmp_path / "shared").outcome.iloc[-1] == "FAILED"
+    assert set(fo.results.read_store(tmp_path / "shared").error) == {""}
 
 
 @pytest.mark.slow

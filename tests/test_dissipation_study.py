@@ -99,35 +99,6 @@ def test_a_run_that_fails_is_a_row_with_its_error_and_is_kept(tmp_path):
     assert table.dissipation.isna().tolist() == [False, True] == table.cycles.isna().tolist()
 
 
-def test_a_run_that_failed_is_tried_again_and_never_replaces_a_result(contact, factors, followed, tmp_path, monkeypatch):
-    study = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "store": tmp_path / "runs"}
-
-    def fails_above_the_limit(*args, **options):
-        if args[3] == factors[2]:
-            raise fo.SolverError("another version")
-        return fo.steady_state(*args, **options)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(run, "steady_state", fails_above_the_limit)
-        failed = fo.dissipation_study(**study)
-    for name in ("first", "last"):
-        merge_stores(tmp_path / name, [tmp_path / "runs"])
-    again = fo.dissipation_study(**study)
-    assert (failed.outcome == "FAILED").tolist() == [False, False, True] and len(followed) == 1 and (again.error == "").all()
-    for into, parts in (("first", ["runs"]), ("runs", ["last"]), ("both", ["runs", "last"])):
-        assert merge_stores(tmp_path / into, [tmp_path / part for part in parts]) == 3
-        assert set(fo.results.read_store(tmp_path / into).error) == {""}
-
-    def is_late(*args, **options):
-        merge_stores(tmp_path / "shared", [tmp_path / "both"])
-        return fails_above_the_limit(*args, **options)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(run, "steady_state", is_late)
-        late = fo.dissipation_study(**study | {"store": tmp_path / "shared"})
-    assert late.outcome[2] == "FAILED" and set(fo.results.read_store(tmp_path / "shared").error) == {""}
-
-
 def test_a_safe_slip_that_no_solver_finds_is_a_row_and_the_others_go_on(contact, factors, monkeypatch):
     def fail(*_args, **_options):
         raise fo.SolverError("no solver answered")
