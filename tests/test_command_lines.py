@@ -60,7 +60,7 @@ def test_a_full_disk_is_an_error_without_a_traceback(computed, tmp_path, monkeyp
     assert "No space left" in capsys.readouterr().err and computed
 
 
-@pytest.mark.parametrize("arguments", [["studies", "--help"], ["studies", "first_look", "--help"], ["paper_figures", "--list"]])
+@pytest.mark.parametrize("arguments", [["studies", "--help"], ["paper_figures", "--list"]])
 def test_a_reader_that_stops_early_hears_no_complaint(arguments):
     read, write = os.pipe()
     os.close(read)
