@@ -7,7 +7,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.histories.excursion import _drawn
-from frictopt.histories.protocols import REST, TransientsAfter
+from frictopt.histories.protocols import REST, SLIP, TransientsAfter
 from frictopt.histories.starts import LoadStep
 from frictopt.limits.safe_vertices import AdmissibleSlips
 from studies.validation.fuzz.embedded import embedded
@@ -98,6 +98,15 @@ def test_rest_above_a_load_factor_at_which_slip_goes_on_is_reported(paper_punch)
     tried = one.to_frame()
     assert tried["outcome"].iloc[-1] == "rest" and set(tried.loc[tried["load_factor"] <= one.load_factor, "outcome"]) == {"rest"}
     assert tried["load_factor"].is_monotonic_increasing and (tried["outcome"] == "slip").sum() >= 3
+
+
+def test_the_first_start_slips_at_the_limit_even_where_others_slip_above_it(monkeypatch):
+    def outcome(transients, load_factor, steps, start):
+        return SLIP if (0.3 < load_factor < 0.5 if not start.any() else load_factor > 0.7) else REST
+
+    monkeypatch.setattr(TransientsAfter, "outcome", outcome)
+    one = fo.limit_after_protocol(system(*FIRST_PAIR), CYCLE, 0.6, start="worst", up_to=1.0, scan=10)
+    assert one.upper == pytest.approx(0.3, abs=1e-3) and not one.starts[0].any() and one.tried["outcome"].iloc[-1] == SLIP
 
 
 def test_the_least_tension_and_the_least_unloading_that_cure(paper_punch):

@@ -235,9 +235,10 @@ def limit_after_protocol(
 
     grid = largest * np.arange(1, scan + 1) / scan
     low, high = first_change(slips, grid, 0.0, tolerance * largest)
+    starts = frozen(transients.starts)  # others may come to the front above
     for factor in grid[grid > high].tolist():
         if factor not in tried:
             slips(factor)
     table = pd.DataFrame(sorted(tried.items()), columns=["load_factor", "outcome"])
     table.insert(1, "ratio", table["load_factor"] / limit)
-    return LimitAfterProtocol(low, high, limit, frozen(transients.starts), table, transients.count, transients.residual)
+    return LimitAfterProtocol(low, high, limit, starts, table, transients.count, transients.residual)
