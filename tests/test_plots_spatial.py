@@ -8,6 +8,7 @@ from matplotlib.collections import TriMesh
 from matplotlib.quiver import Quiver
 
 import frictopt as fo
+from frictopt.fem.interface import frames_of
 from spatial import cycle, random_contact
 from systems import at_corners
 
@@ -198,6 +199,27 @@ def test_contacts_that_are_not_flat_or_above_each_other_are_refused_and_their_tr
         with pytest.raises(fo.ModelError, match="above each other"):
             result.plot()
     fo.march(stacked, cycle(), F, limit.load_factor, cycles=1, steps=2).plot()
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])  # body 1 around the face, and within
+def test_a_round_face_is_unrolled_and_the_slip_of_a_screw_is_the_same_everywhere(side):
+    angle, height, (first, second, axis) = np.arange(6.0), np.array([0.0, 1.0, 0.5, 2.0, 1.5, 3.0]), TURN
+    radial = np.outer(np.cos(angle), first) + np.outer(np.sin(angle), second)
+    contact = fo.ContactSystem(FLAT.S, 2 * radial + np.outer(height, axis), FLAT.bonded, frames=frames_of(side * radial))
+    screw = np.einsum("nki,ni->nk", contact.frames[:, :2], 0.3 * np.cross(axis, 2 * radial) + 0.1 * axis)
+    points, _, arrows = marks(replace(fo.shakedown_limit(contact, cycle(), F), slip=screw).plot())
+    places = np.asarray(points.get_offsets())
+    assert np.allclose(places - places[0], np.column_stack([2 * side * angle, height]), atol=1e-12)
+    assert np.allclose(np.column_stack([arrows.U, arrows.V]), [0.6 * side, 0.1])
+
+
+def test_a_face_that_is_not_quite_flat_is_seen_along_its_mean_normal():
+    normals = np.c_[[[0.3, 0.0], [-0.3, 0.0], [0.0, 0.2], [0.0, -0.2], [0.1, 0.1], [-0.1, -0.1]], np.ones(6)]
+    contact = fo.ContactSystem(FLAT.S, FLAT.points, FLAT.bonded, frames=frames_of(normals))
+    slip = np.einsum("nki,i->nk", contact.frames[:, :2], [1.0, 2.0, 0.0])
+    points, _, arrows = marks(replace(fo.shakedown_limit(contact, cycle(), F), slip=slip).plot())
+    seen = np.einsum("nki,nk->ni", contact.frames[:, :2], slip)[:, :2]
+    assert np.allclose(points.get_offsets(), FLAT.points[:, :2]) and np.allclose(np.column_stack([arrows.U, arrows.V]), seen)
 
 
 def test_a_guaranteed_limit_names_its_node_and_the_loads_at_which_it_is_on_its_bound():

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from ..contact import RESIDUAL, Array, Booleans, ContactSystem, Integers
 from ..contact.parts import runs
 from ..errors import ModelError
+from ..fem.interface import frames_of
 from ..transients import SteadyState
 from .bodies import spread
 from .style import BLACK, GREY, SERIES, AxesArray, Look, one_axes, series
@@ -133,6 +134,8 @@ _ARROW = 0.12  # length of the longest arrow, over the size of the face
 _BETWEEN = 0.25  # distance of contacts that stand side by side, widths of the left one
 _LABELS = 30.0  # height of the labels of the axis below a map, points
 _MARGIN = 0.075  # of the axes, beyond points and arrows
+_TURNS = 0.1  # least spread of normals across that of most: those of two flat sides have none
+_CAP = 0.5  # least cosine between normals and their mean: faces that turn on are unrolled
 _FLAT = 1e-9  # difference of the directions of nodes in one plane; distance of nodes at one place, over the size of the contact
 
 
@@ -141,9 +144,9 @@ def ratio_map(
 ) -> Axes:
     """Shear over friction bound (N,) at a corner by its name; the residual slip as arrows, some nodes circled."""
     most = float(np.nanmax(ratio, initial=0.0))
-    places, size = _map(axes, system, ratio, rf"$|q| / (f p)$ at {corner}", most if most > 1.0 + RESIDUAL else 1.0, opened)
+    places, turn, size = _map(axes, system, ratio, rf"$|q| / (f p)$ at {corner}", most if most > 1.0 + RESIDUAL else 1.0, opened)
     if slip is not None:
-        _arrows(axes, places, slip if opened is None else np.where(opened[:, None], np.nan, slip), "residual slip")
+        _arrows(axes, places, turned(turn, slip if opened is None else np.where(opened[:, None], np.nan, slip)), "residual slip")
     if circled:
         x, y = places[circled].T
         axes.scatter(x, y, s=1.6 * size, facecolors="none", edgecolors=SERIES[1]["color"], linewidths=1.4, label=why)
@@ -156,8 +159,8 @@ def steady_map(steady: SteadyState, ax: Axes | AxesArray | None) -> Axes:
     outcome = steady.outcome.name.lower().replace("_", " ")
     axes.set_title(f"{outcome}, work of friction per cycle {steady.dissipation:.4g}")
     work = steady.dissipation_per_node
-    places, _ = _map(axes, steady.system, work, "work of friction per cycle (force times length)", float(work.max()) or 1.0)
-    _arrows(axes, places, steady.slip, f"slip at {steady.cycle.corner_names[-1]}")
+    places, turn, _ = _map(axes, steady.system, work, "work of friction per cycle (force times length)", float(work.max()) or 1.0)
+    _arrows(axes, places, turned(turn, steady.slip), f"slip at {steady.cycle.corner_names[-1]}")
     return _finished(axes)
 
 
@@ -167,9 +170,9 @@ def face_map(axes: Axes, system: ContactSystem, values: Array, name: str) -> Axe
     return _finished(axes)
 
 
-def _map(axes: Axes, system: ContactSystem, values: Array, name: str, most: float, opened: Booleans | None = None) -> tuple[Array, float]:
-    """Draw values of the nodes as coloured points, grey where there is none, open ones as rings; the (N, 2) places, and the area of a point."""
-    places, labels, names = places_of(system)
+def _map(axes: Axes, system: ContactSystem, values: Array, name: str, most: float, opened: Booleans | None = None) -> tuple[Array, Array, float]:
+    """Draw values of the nodes as coloured points, grey where there is none, open ones as rings; places and turns, and the area of a point."""
+    places, labels, names, turn = places_of(system)
     size = float(np.clip(_FACE / system.nodes / max(1, len(names)), _SMALLEST, _LARGEST))
     colours = colormaps["cividis"].with_extremes(bad=GREY)
     closed = np.ones(system.nodes, dtype=bool) if opened is None else ~opened
@@ -191,7 +194,7 @@ def _map(axes: Axes, system: ContactSystem, values: Array, name: str, most: floa
     axes.margins(_MARGIN, 0.2 if names else _MARGIN)
     axes.set_aspect("equal")
     axes.figure.colorbar(shown, ax=axes, label=name, shrink=min(1.0, max(0.5, 1.5 * half[1] / half[0])))  # no taller than a wide map
-    return places, size
+    return places, turn, size
 
 
 def _triangles(system: ContactSystem, places: Array, known: Booleans) -> Triangulation | None:
@@ -214,34 +217,56 @@ def _triangles(system: ContactSystem, places: Array, known: Booleans) -> Triangu
     return mesh
 
 
-def places_of(system: ContactSystem) -> tuple[Array, tuple[str, str], dict[str, Array]]:
-    """(N, 2) places of the nodes, names of the axes, and of contacts that are not in one plane, which stand side by side, names with their places."""
+def places_of(system: ContactSystem) -> tuple[Array, tuple[str, str], dict[str, Array], Array]:
+    """(N, 2) places of the nodes, names of the axes, names with places of contacts not in one plane, which stand side by side, turns for `turned`."""
     contacts = {} if system.contact is None else {name: np.flatnonzero(system.contact == name) for name in dict.fromkeys(system.contact.tolist())}
-    try:
-        seen = _seen(system, np.arange(system.nodes))
-        return seen, (_along(system.frames[0, 0], "first"), _along(system.frames[0, 1], "second")), {}
-    except ModelError:
-        if len(contacts) < 2:
-            raise
-    places, names, right = np.zeros((system.nodes, 2)), {}, 0.0
+    if len(contacts) < 2 or np.ptp(system.frames, axis=0).max() <= _FLAT:
+        try:
+            seen, labels, turn = _seen(system, np.arange(system.nodes))
+            return seen, labels, {}, turn
+        except ModelError:
+            if len(contacts) < 2:
+                raise
+    places, turn, names, right = np.zeros((system.nodes, 2)), np.zeros((system.nodes, 2, 2)), {}, 0.0
     for name, own in contacts.items():
-        seen = _seen(system, own)
+        seen, _, turn[own] = _seen(system, own)
         low, high = seen.min(axis=0), seen.max(axis=0)
         places[own] = seen + [right - low[0], -(low[1] + high[1]) / 2]
         names[name] = np.array([right + (high[0] - low[0]) / 2, (high[1] - low[1]) / 2])
         right += (1 + _BETWEEN) * (high[0] - low[0])
-    return places, ("along the first tangents, contact by contact", "along the second tangents"), names
+    return places, ("along the first tangents, contact by contact", "along the second tangents"), names, turn
 
 
-def _seen(system: ContactSystem, own: Integers) -> Array:
-    """(n, 2) places of some nodes in their plane, seen along its normal."""
+def turned(turn: Array, vectors: Array) -> Array:
+    """Vectors (..., N, 2) along the tangents as those of a map."""
+    return np.asarray(np.einsum("nik,...nk->...ni", turn, vectors))
+
+
+def _seen(system: ContactSystem, own: Integers) -> tuple[Array, tuple[str, str], Array]:
+    """(n, 2) places of some nodes, names of the axes, and turns: seen along the mean normal, or unrolled about the axis of a face that turns on."""
     frames, points = system.frames[own], system.points[own]
-    if np.abs(frames - frames[0]).max() > _FLAT:
-        raise ModelError("plot: the contact is not flat (its frames differ), so that one map cannot show it; use to_frame(), or view of the model")
-    places = np.asarray(points @ frames[0, :2].T)
+    normals, mean = frames[:, 2], frames[:, 2].mean(axis=0)
+    if np.abs(frames - frames[0]).max() <= _FLAT:
+        along, labels = frames[:, :2], (_along(frames[0, 0], "first"), _along(frames[0, 1], "second"))
+        places = np.asarray(points @ frames[0, :2].T)
+    elif (normals @ mean).min() > _CAP * np.linalg.norm(mean):
+        along = np.repeat(frames_of(mean[None])[:, :2], len(own), axis=0)
+        places, labels = points @ along[0].T, ("first direction across the mean normal", "second direction")
+    else:
+        _, sizes, directions = np.linalg.svd(normals - mean, full_matrices=False)
+        if sizes[1] < _TURNS * sizes[0]:
+            raise ModelError("plot: the contact is not flat, and its sides face each other; make a contact of each side, or use to_frame()")
+        axis = directions[-1]
+        axis *= np.sign(axis[np.abs(axis).argmax()])
+        middle = mean - (mean @ axis) * axis + _FLAT * frames_of(axis[None])[0, 0]  # the face is cut opposite to it
+        around = np.cross(axis, normals)
+        angle = np.arctan2(normals @ np.cross(axis, middle), normals @ middle)
+        radius = np.sum((points - points.mean(axis=0)) * (normals - mean)) / np.sum((normals - mean) ** 2)
+        along = np.stack([around / np.linalg.norm(around, axis=1)[:, None], np.repeat(axis[None], len(own), axis=0)], axis=1)
+        places, labels = np.column_stack([radius * angle, points @ axis]), ("unrolled around the axis of the face", "along that axis")
     if len(np.unique(np.round(places / (_FLAT * (np.ptp(places) or 1.0))), axis=0)) < len(own):
         raise ModelError("plot: the contact has nodes above each other, which one map would hide; use to_frame()")
-    return places
+    return places, labels, np.einsum("nij,nkj->nik", along, frames[:, :2])
 
 
 def _along(tangent: Array, number: str) -> str:

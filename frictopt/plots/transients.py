@@ -16,7 +16,7 @@ from ..contact import ROUNDING, SIMULTANEOUS, Array, Integers, shown, whole_numb
 from ..contact.files import output
 from ..histories.dissipation_range import DissipationRange
 from ..transients import LoadLoop, SteadyState, Trajectory
-from .nodes import arrows, label_contacts, label_panels, lines, lines_or_band, node_at, parts, places_of, steady_map
+from .nodes import arrows, label_contacts, label_panels, lines, lines_or_band, node_at, parts, places_of, steady_map, turned
 from .style import BLACK, FACE, GREY, SERIES, AxesArray, Look, equals, legend, line, name_units, new_axes, one_axes, picture, screen, series
 
 _CODES = (0, 1, -1, 2)
@@ -103,9 +103,10 @@ def _shear_along(axes: Axes, states: Trajectory, q: Array, p: Array, frame: int,
 
 def _shear_on_face(axes: Axes, states: Trajectory, q: Array, _p: Array, frame: int, colours: list[str]) -> None:
     """The face seen along its normal: a mark for each node, its shear as an arrow."""
-    places, labels, _ = places_of(states.system)
+    places, labels, _, turn = places_of(states.system)
+    shear = turned(turn, q)
     axes.scatter(places[:, 0], places[:, 1], c=colours, edgecolors=GREY, linewidths=0.4, s=60)
-    arrows(axes, places, q[frame], q, width=0.005)
+    arrows(axes, places, shear[frame], shear, width=0.005)
     axes.set(xlabel=f"{labels[0]} (length)", ylabel=f"{labels[1]} (length)", aspect="equal")
     axes.margins(0.1)
     axes.legend(handles=_patches(2, states.status), loc="upper left", bbox_to_anchor=(1.0, 1.02), title="arrows: shear")
