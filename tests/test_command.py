@@ -150,7 +150,7 @@ ON_TOP = ["--contact", "N_TOP", "N_TOP", "--load"]
 BAD = {
     "no file": (["look", "none.npz"], 4, "there is no file 'none.npz'; give its path"),
     "no history": ([*LIMIT, "--history", "none.csv"], 4, "there is no file 'none.csv'; give its path"),
-    "no npz": (["look", str(FLAT.with_name("flat_glued.dat"))], 2, "is not a contact system (File is not a zip file)"),
+    "no npz": (["look", str(FLAT.with_name("flat_glued.dat"))], 2, "(File is not a zip file); give one of `frictopt condense`"),
     "picture of a job": (["look", str(FLAT), "--picture", "job.png"], 2, "--picture: 'job.png' of a job; condense it"),
     "tolerance of corners": ([*LIMIT, *CORNERS, "--tolerance", "0"], 2, "--tolerance: 0; corners have no noise"),
     "time of corners": ([*LIMIT, *CORNERS, "--time", "t"], 2, "--time: 't'; corners have no time"),

@@ -176,9 +176,9 @@ def test_other_files_of_nastran_are_refused(tmp_path):
     bad = [
         ("two.pch", {}, r"name: None; two\.pch has the matrices KAAX, MAAX, PAX: give one"),
         ("two.pch", {"name": "KGG"}, "name: 'KGG'; two.pch has the matrices"),
-        ("none.pch", {}, "pyyeti cannot read .*none.pch"),
+        ("none.pch", {}, "as DMIG, pyyeti cannot read .*none.pch"),
         ("bad.pch", {}, "pyyeti cannot read .*bad.pch.*could not convert"),
-        ("bad.op4", {}, "pyyeti cannot read .*bad.op4"),
+        ("bad.op4", {}, "as OUTPUT4, pyyeti cannot read .*bad.op4"),
         ("gone.pch", {}, r"stiffness: there is no file '.*gone\.pch'"),
         ("a.op4", {}, r"labels: none, and a\.op4 has 66 rows, not six for each of the 0 grid points"),
         ("a.op4", {"deck": bdf}, "not six for each of the 32 grid points"),

@@ -65,5 +65,5 @@ def read(source: str | Path) -> dict[str, Any]:
         known = {name: None if not array.size else array if array.ndim else array.item() for name, array in arrays.items()}
     except Exception as error:  # readers raise many kinds of error on a damaged or foreign file
         why = " ".join(str(error).split()) or type(error).__name__
-        raise ModelError(f"path: {str(source)!r} is not a contact system ({why}); give a file as its save writes it, such as 'joint.npz'") from error
+        raise ModelError(f"path: {str(source)!r} is not a contact system ({why}); give one of `frictopt condense` or ContactSystem.save") from error
     return {"bonded": bonded, **known}

@@ -128,13 +128,13 @@ def read_nastran(path: str | Path, *, name: str | None = None, deck: str | Path 
     file = file_path("path", path)
     grids = None if deck is None else _bulk_data(bulk, file_path("deck", deck))
     if file.suffix.lower() != ".op4":
-        frame = _chosen(by_library("pyyeti", bulk.rddmig, file, "stiffness"), name, file)
+        frame = _chosen(by_library("as DMIG, pyyeti", bulk.rddmig, file, "stiffness"), name, file)
         if frame.columns.nlevels != 2:
             raise ModelError(f"stiffness: {file.name} has a rectangular matrix {shown(name)}; give the name of a stiffness")
         rows = frame.index.union(frame.columns)
         whole = frame.reindex(index=rows, columns=rows, fill_value=0.0)
         return MatrixJob(csr_matrix(whole.to_numpy()), np.array(rows.tolist()), grids)
-    K = csr_matrix(_chosen(by_library("pyyeti", op4.read, file, "stiffness"), name, file))
+    K = csr_matrix(_chosen(by_library("as OUTPUT4, pyyeti", op4.read, file, "stiffness"), name, file))
     if labels is not None:
         return MatrixJob(K, whole_array("labels", labels, (None, 2), least=0, most=10**8), grids)
     numbers = np.sort(grids.numbers) if grids is not None else np.zeros(0, dtype=np.intp)

@@ -14,7 +14,7 @@ from ...contact import Array, Integers, Shown, finite_array, frozen, shown, whol
 from ...errors import ModelError
 from .constraints import CONSTRAINING, Constraints, constraints_of
 from .kinds import FACELESS, LINES, PLANE, PLANES, SHAPES, SOLID, SOLIDS, shape_of
-from .text import Block, blocks, check_listed, elements_of, entries, fields, members_of, number, parameters, thickness
+from .text import FLAT, Block, blocks, check_listed, elements_of, entries, fields, members_of, number, parameters, thickness
 
 Solids: TypeAlias = list[tuple[str, list[list[int]]]]  # blocks of elements: their type, and number and nodes of each
 
@@ -249,7 +249,7 @@ def read_deck(path: Path) -> Deck:
     row = {name: i for i, name in enumerate(nodes)}
     listed = {number: nodes for _, rows in solids for number, *nodes in rows if nodes}
     if twice := sum(bool(row[1:]) for _, rows in solids for row in rows) - len(listed):
-        raise ModelError(f"deck {path.name}: {twice} numbers of elements are given twice; parts and instances are not supported, write a flat deck")
+        raise ModelError(f"deck {path.name}: {twice} numbers of elements are given twice, as in parts and instances; {FLAT}")
     for name, elements in read.within:
         numbers = _resolved(members["ELSET"], elements, (f"{name} of nodes",))
         members["NSET"][name] += [str(node) for number in numbers for node in listed.get(number, [])]
@@ -276,7 +276,7 @@ def read_deck(path: Path) -> Deck:
 def _add_nodes(nodes: dict[int, list[float]], rows: list[list[str]]) -> None:
     for name, *point in rows:
         if int(name) in nodes:
-            raise ValueError(f"node {name} is defined twice; parts and instances are not supported, write a flat deck")
+            raise ValueError(f"node {name} is defined twice, as in parts and instances; {FLAT}")
         nodes[int(name)] = [number(value or "0") for value in point]
 
 

@@ -14,6 +14,7 @@ from ...errors import ModelError
 from .kinds import node_count
 
 Block: TypeAlias = tuple[str, dict[str, str], list[str]]  # keyword and names of parameters without blanks, data lines
+FLAT = "write a flat deck, all where it is (Abaqus/CAE: Model, Edit Attributes, do not use parts and assemblies in input files)"
 _MAKING = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"}  # nodes and elements that the deck does not list
 
 
@@ -45,7 +46,7 @@ def check_listed(path: Path, keyword: str, options: Mapping[str, str], lines: Se
         )
     moved = keyword == "INSTANCE" and re.search("[1-9]", "".join(lines))
     if moved or keyword in _MAKING or (keyword in ("NODE", "ELEMENT") and "INPUT" in options):
-        raise ModelError(f"{start} makes or moves nodes or elements that are not listed; write a flat deck, all of them where they are")
+        raise ModelError(f"{start} makes or moves nodes or elements that are not listed; {FLAT}")
 
 
 def _lines(path: Path, depth: int = 0) -> Iterator[str]:
