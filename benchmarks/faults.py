@@ -310,6 +310,8 @@ FAULTS = (
           "off = max(off, 0.0)", "increment_engines"),
     Fault("transients/increments/by_newton.py", "open nodes go on without the force of their gap", "u[-n:] + gap])", "0.0 * gap])",
           "increment_engines"),
+    Fault("transients/increments/by_newton.py", "nodes that come down stay open", "if errors.max() <= STALLED else None", "if True else None",
+          "increment_engines"),
     Fault("transients/sliding.py", "a load is balanced by twice the friction", "if (size <= friction * p).all():",
           "if (size <= 2.0 * friction * p).all():", "sliding"),
     Fault("transients/increments/programs.py", "the bound does not move", "bound = bound + step", "bound = bound + 0 * step",

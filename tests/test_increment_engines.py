@@ -112,11 +112,40 @@ def test_newtons_method_goes_on_from_gaps_and_ends_at_rounding():
     by_newton, load = engine._by_newton, joined(0.3 * rng.normal(size=(20, 2)), 1 + rng.random(20))
     engine._swept = lambda u, r: (State(u, r, np.zeros(20, np.int8), 0, np.inf), r)
     engine._by_newton = lambda *start: steps.append(by_newton(*start)) or steps[-1]
+    engine._without_open = lambda *state: None
     _, (u, r, _) = list(engine.along(np.zeros(60), [load, 1.01 * load]))
     (v, w), (q, p) = parted(u, 3), parted(r, 3)
     state = {"v": v, "w": w + contact.gap, "q": q, "p": p}
     assert fo.reference.referee(contact, parted(1.01 * load, 3), 0.4, **state, previous_slip=steps[0].slip).residual < 1e-9
     assert steps[0].steps < 9 and steps[1].steps < 5
+
+
+@pytest.mark.parametrize("free", ["no motion", "an oblique motion", "a node"])
+@pytest.mark.parametrize("in_space", [True, False])
+def test_where_sweeps_fail_open_nodes_are_eliminated(in_space, free):
+    """Until one closes, which is found; and unless nothing holds one of them, which leaves a singular matrix. One by one none is eliminated."""
+    rng, n = np.random.default_rng(1), 12
+    contact = (random_contact if in_space else random_system)(rng, n, coupling=0.2)
+    axes, far = contact.tangents + 1, np.arange(n) > 4
+    last = np.tile(np.arange(n) == n - 1, axes)
+    way = np.linalg.qr(np.where(last, rng.normal(size=len(last)), 0.0)[:, None])[0]
+    held = {"no motion": np.eye(len(last)), "an oblique motion": np.eye(len(last)) - way @ way.T, "a node": np.diag(1.0 - last)}[free]
+    contact = fo.ContactSystem(held @ contact.S @ held, contact.points, {"P": np.ones(len(last))}, gap=np.where(far, 0.3, 0.0))
+    engine, newton, asked, long = NewtonIncrement(contact, 0.3), NewtonIncrement._by_newton, [], []
+    engine._swept = lambda u, r: (State(u, r, np.zeros(n, np.int8), 0, np.inf), r)
+    engine._by_newton = lambda *start: asked.append(1) or newton(engine, *start)
+    shear, press, slip = np.tile(rng.normal(size=n), contact.tangents), np.where(far, 0.0, 1.0), np.zeros(contact.slip_shape)
+    lower = press + np.where(np.arange(n) == 5, 3.0, 0.0)  # presses a far node down
+    loads = [held @ np.append(scale * shear, p) for scale, p in ((0.1, press), (0.4, press), (-0.4, press), (0.2, lower), (0.3, lower))]
+    for load, (u, r, status) in zip(loads, engine.along(np.zeros(len(last)), loads), strict=True):
+        one = NewtonIncrement(contact, 0.3).solve(slip, parted(load, axes))
+        off = joined(one.slip, one.gap) - u - joined(0 * slip, contact.gap)
+        assert np.abs(np.where(last & (free != "no motion"), 0.0, off)).max() < 1e-12 and (one.status == status).all()
+        assert np.abs(joined(one.q, one.p) - r).max() < 1e-12
+        slip = parted(u, axes)[0]
+        long.append(len(asked))
+        asked.clear()
+    assert (status == 2).sum() == 6 and long == ([1, 0, 0, 1, 0] if free == "no motion" else [1] * 5)
 
 
 def test_a_jump_is_not_taken_again_because_it_was_taken_once():

@@ -6,9 +6,12 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
+from scipy.linalg.lapack import dpocon
 
-from ...contact import RESIDUAL, ROUNDING, Array, ContactSystem, SolveRecord, joined, parted
-from ...errors import SolverError
+from ...contact import RESIDUAL, ROUNDING, STALLED, Array, ContactSystem, SolveRecord, joined, off_law, parted
+from ...errors import FrictoptError, SolverError
+from ..begin import OPEN
 from ..exact.kernel import increment
 from .increment import FrictionIncrement, Increment, Posed, force_scale
 from .newton import State, newton
@@ -16,6 +19,7 @@ from .programs import FrozenBoundIncrement
 
 _NEWTON = SolveRecord("NEWTON")
 _REPEATS = 0.1  # motions differ by less, over the largest, from those of the cycle before
+_MORE = 0.2  # share of the nodes left that are open, from which on these are eliminated, too
 _SCALES = (1.0, 10.0, 0.1, 100.0, 0.01)  # of the c and d of Newton's method, tried in this order
 
 
@@ -53,37 +57,61 @@ class NewtonIncrement(FrictionIncrement):
         super().__init__(system, friction)
         # of increments whose state sweeps did not reach, by their load and way: motions, and whether they are nearly those of the cycle before
         self._begun: dict[bytes, tuple[Array, bool]] = {}
+        self._rest: _Rest | None = None  # of the last increment in which open nodes were eliminated
 
     def along(self, u: Array, loads: Sequence[Array]) -> Iterator[tuple[Array, Array, NDArray[np.int8]]]:
         """States after several loads in turn, see `FrictionIncrement`; reactions and gaps go on from those before.
 
+        Once sweeps do not reach a state, nodes that are open are eliminated, as long as they stay open.
+        """
+        stress: Array | None = None
+        for load in loads:
+            way = loads[0].tobytes() + load.tobytes()
+            found = self._without_open(u, load, way) if self._begun else None
+            u, stress, r, status = found or self._next(u, stress, load, way)
+            yield u, r, status
+
+    def _next(self, u: Array, stress: Array | None, load: Array, way: bytes) -> tuple[Array, Array | None, Array, NDArray[np.int8]]:
+        """Motions, the stress `S u` where it is known, reactions and status after one load.
+
         Where sweeps do not reach a state, Newton's method begins at the gaps before, and at the motions of the cycle before once they repeat: where
         several states obey the law, those of a jump would lead to the next jump.
         """
-        n, gap, stress, axes = self.system.nodes, self.system.gap, self.system.S @ u, self.system.tangents + 1
-        for load in loads:
-            way = loads[0].tobytes() + load.tobytes()
-            start = np.concatenate([np.zeros(len(u) - n), u[-n:] + gap])
-            if way not in self._begun:
-                r = load + stress
-                force = force_scale(load[-n:], r)
-                length = force / self.system.stiffness_scale
-                state, r = self._swept(start / length, r / force)
-                if state.error <= ROUNDING:
-                    u = np.concatenate([u[:-n] + length * state.u[:-n], length * state.u[-n:] - gap])
-                    stress = force * r - load
-                    yield u, force * state.r, state.status
-                    continue
-                start = length * state.u
-            posed = Posed(self, parted(u, axes)[0], parted(load, axes))
-            last, repeats = self._begun.get(way, (np.full(u.shape, np.nan), False))
-            new = self._by_newton(posed, (last if repeats else start) / posed.length)
-            new = new if new.record.residual <= RESIDUAL else self.solve(posed.slip, posed.bonded)
-            before, u = u, joined(new.slip, new.gap - gap)
-            moved = np.concatenate([(u - before)[:-n], new.gap])
-            self._begun[way] = moved, bool(np.abs(moved - last).max() <= _REPEATS * np.abs(moved).max())
-            stress = self.system.S @ u
-            yield u, joined(new.q, new.p), new.status
+        n, gap, axes = self.system.nodes, self.system.gap, self.system.tangents + 1
+        start = np.concatenate([np.zeros(len(u) - n), u[-n:] + gap])
+        if way not in self._begun:
+            r = load + (self.system.S @ u if stress is None else stress)
+            force = force_scale(load[-n:], r)
+            length = force / self.system.stiffness_scale
+            state, r = self._swept(start / length, r / force)
+            if state.error <= ROUNDING:
+                u = np.concatenate([u[:-n] + length * state.u[:-n], length * state.u[-n:] - gap])
+                return u, force * r - load, force * state.r, state.status
+            start = length * state.u
+        posed = Posed(self, parted(u, axes)[0], parted(load, axes))
+        last, repeats = self._begun.get(way, (np.full(u.shape, np.nan), False))
+        new = self._by_newton(posed, (last if repeats else start) / posed.length)
+        new = new if new.record.residual <= RESIDUAL else self.solve(posed.slip, posed.bonded)
+        before, u = u, joined(new.slip, new.gap - gap)
+        moved = np.concatenate([(u - before)[:-n], new.gap])
+        self._begun[way] = moved, bool(np.abs(moved - last).max() <= _REPEATS * np.abs(moved).max())
+        return u, None, joined(new.q, new.p), new.status
+
+    def _without_open(self, u: Array, load: Array, way: bytes) -> tuple[Array, None, Array, NDArray[np.int8]] | None:
+        """The same, with nodes eliminated that are open; None where one of them closes, or the others have no state that obeys the law of all."""
+        n, known = self.system.nodes, self._rest.opened if self._rest else np.zeros(self.system.nodes, dtype=bool)
+        opened = u[-n:] + self.system.gap > 0
+        opened = opened if (opened & ~known).sum() > _MORE * (~known).sum() else opened & known
+        if not opened.any() or opened.all():
+            return None
+        try:
+            if self._rest is None or (opened != known).any():
+                self._rest = _Rest(self, opened)
+            after, r, status = self._rest.after(u, load, way)
+        except (FrictoptError, LinAlgError):
+            return None
+        errors = off_law(self.system, self.friction, load, after, r, force_scale(load[-n:], r), u)
+        return (after, None, r, status) if errors.max() <= STALLED else None
 
     def _solved(self, posed: Posed) -> Increment:
         """From where sweeps end; else from no motion, by c of nodes and of directions; last by frozen bounds."""
@@ -118,3 +146,34 @@ class NewtonIncrement(FrictionIncrement):
                 f"friction increment: Newton's method leaves a residual of {least:.1e} (tolerance {RESIDUAL:g}), and convex programs find no state "
                 f"either; {self._remedy}"
             ) from None
+
+
+class _Rest:
+    """The nodes that are left of a contact where open ones are eliminated: as long as nothing acts on these, they follow the others.
+
+    Raises
+    ------
+    ModelError, LinAlgError
+        Without the others something of the open nodes moves freely.
+    """
+
+    def __init__(self, whole: NewtonIncrement, opened: NDArray[np.bool_]) -> None:
+        system, left, self.opened = whole.system, ~opened, opened
+        self._out, self._in = (np.flatnonzero(np.tile(nodes, system.tangents + 1)) for nodes in (opened, left))
+        own, between = system.S[np.ix_(self._out, self._out)], system.S[np.ix_(self._out, self._in)]
+        self._factor = cho_factor(own)
+        if not dpocon(self._factor[0], np.abs(own).sum(axis=0).max())[0] > ROUNDING:
+            raise LinAlgError("the open nodes move freely")
+        self._carried = cho_solve(self._factor, between)
+        S, none = system.S[np.ix_(self._in, self._in)] - between.T @ self._carried, {"none": np.zeros(len(self._in))}
+        names = None if system.contact is None else system.contact[left]
+        rest = ContactSystem(S, system.points[left], none, gap=system.gap[left], frames=system.frames[left], contact=names)
+        self._increment = NewtonIncrement(rest, whole.friction[left])
+
+    def after(self, u: Array, load: Array, way: bytes) -> tuple[Array, Array, NDArray[np.int8]]:
+        """Motions, reactions and status of all nodes after a load."""
+        moved, r, status = np.empty_like(u), np.zeros_like(u), np.full(len(self.opened), OPEN, dtype=np.int8)
+        rest = load[self._in] - load[self._out] @ self._carried
+        moved[self._in], _, r[self._in], status[~self.opened] = self._increment._next(u[self._in], None, rest, way)
+        moved[self._out] = -cho_solve(self._factor, load[self._out]) - self._carried @ moved[self._in]
+        return moved, r, status
