@@ -112,3 +112,13 @@ def test_a_soft_contact_beside_a_stiff_one_is_no_free_one(ratio):
     beside = fo.ContactSystem.from_blocks(A, B, C, np.arange(4.0), bonded)
     for limit in (fo.shakedown_limit, fo.guaranteed_limit):
         assert limit(beside, CYCLE, 0.5).load_factor == pytest.approx(limit(alone, CYCLE, 0.5).load_factor, rel=1e-9)
+
+
+@pytest.mark.parametrize("coupling", [0.0, 0.1])
+def test_a_node_without_friction_is_named_where_it_leaves_no_limit(coupling):
+    """It slides without work, so that transients count the contact as at rest until the other node slips."""
+    loads = {"mean": ([0.0, 0.0], [1.0, 1.0]), "cyclic": ([1.0, 0.5], [0.0, 0.0])}
+    pair = fo.ContactSystem.from_blocks(np.diag([2.0, 5.0]), [[0.0, coupling], [-coupling, 0.0]], np.eye(2), [0.0, 1.0], loads)
+    limit = fo.shakedown_limit(pair, CYCLE, [0.0, 0.5])
+    assert limit.load_factor == 0 and limit.reason.endswith("node 0 has no friction, and the cyclic load shears it")
+    assert fo.steady_state(pair, CYCLE, [0.0, 0.5], 0.5).outcome is fo.Outcome.SHAKEDOWN

@@ -43,7 +43,7 @@ class DampingCurve(Shown, Plotted):
     natural_frequency
         Frequency of the glued contact, at amplitude zero.
     guaranteed_limit, shakedown_limit
-        Load factors below which the damping is zero from every start, and above which it is from none, while nodes stay closed.
+        Load factors below which the damping is zero from every start, and above which it is from none, while nodes stay closed and have friction.
     residual
         Largest residual of the steady states. At most 1e-9.
 

@@ -210,6 +210,8 @@ class ShakedownLimit(Rated):
         if not self.load_factor > 0 or (least > 0 and not self.constraints):
             more += unscaled_diagnosis(task.system, task.cycle, task.friction)
         if not self.load_factor > 0:
+            smooth = self.kind is LimitKind.FINITE and task.friction[self._ruling] == 0 and self._motion.size[:, self._ruling].any()
+            more = f"node {self._ruling} has no friction, and the cyclic load shears it" if smooth else more
             return f"{self._opened}no {slip} is safe at any load factor{' above 0' * (self.kind is LimitKind.FINITE)}: {more}{self._border}"
         if least > 0:
             start, below = f" from {least:.6g} on", f"; none is safe below {least:.6g}" + ("" if self.constraints else f": {more}")
@@ -222,13 +224,16 @@ class ShakedownLimit(Rated):
         return f"{self._opened}no {slip} is safe above it{'; the dual bound covers them' * bool(self.constraints)}{below}{self._border}"
 
     @property
+    def _ruling(self) -> int:
+        """The node that moves most in the mechanism."""
+        return int(np.where(self._task.closed, self._motion.size + self._motion.opening, 0.0).sum(axis=0).argmax())
+
+    @property
     def _border(self) -> str:
         """What it says of the node that rules: of the mesh beside open nodes, see `border`, or that it would be pulled open without slip."""
-        task = self._task
+        task, node = self._task, self._ruling
         if self.kind is not LimitKind.FINITE:
             return ""
-        moved = np.where(task.closed, self._motion.size + self._motion.opening, 0.0).sum(axis=0)
-        node = int(moved.argmax())
         if task.give is not None:
             return border(task.system, ~task.closed, node, self.reactions[1])
         pulled = self._rated and task.r0[:, -1, node].max() < 0
