@@ -1,5 +1,6 @@
 """Contacts of any number, direction and shape, against closed forms, equilibrium, and themselves turned or exchanged."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -152,6 +153,18 @@ def test_a_pin_shrunk_into_a_plate_has_the_pressure_of_lame(pin, plate, start, s
     assert np.allclose(np.sum(system.normals * system.points, axis=1), 1.0 if exchanged else -1.0)
     force = 2 * pin * bore * np.sin(np.pi / pin) * (-1.0 if exchanged else 1.0)
     assert np.allclose(resultant(system, "pull"), [-force, 0.0, 0.0], atol=2e-3)
+
+
+@pytest.mark.parametrize("exchanged", [False, True])
+def test_a_fit_slides_at_its_torque_unless_its_facets_wedge_the_part_that_turns(exchanged):
+    """Bound by friction times the sum of pressures; with the held plate as body 1 only for slips of a size that assembly can leave."""
+    model = fitted(24, 24, exchanged=exchanged, start=0.01)
+    torque = fo.Traction("pin", "bore", x=lambda x, y: -y, y=lambda x, y: x)
+    model = replace(model, loads={**model.loads, "torque": [torque]}, supports=[fo.Support("plate", "rim")])
+    system, cycle = model.condense(), fo.LoadCycle({"fit": 1.0}, [{"torque": 1.0}, {"torque": -1.0}])
+    gross = 0.2 * system.bonded["fit"][1].sum() / abs(system.bonded["torque"][0].sum())
+    free, bound = (fo.shakedown_limit(system, cycle, 0.2, **options).load_factor for options in ({}, {"slip_bound": 0.01}))
+    assert bound == pytest.approx(gross, rel=5e-3) and free == (np.inf if exchanged else pytest.approx(gross, rel=1e-3))
 
 
 @pytest.mark.parametrize("start", [0.0, 0.02, 0.06, 0.1])
