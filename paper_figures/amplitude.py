@@ -56,3 +56,4 @@ def _panel(axes: Any, runs: pd.DataFrame) -> None:
         axes.plot(median.index * aside, median, color=look["color"], linestyle=look["linestyle"], label=f"{label}: median")
     top = 1.08e3 * runs["dissipation_scaled"].max() or 1.0
     axes.set_ylim(-0.04 * top, top)  # the marks at zero whole
+    axes.ticklabel_format(axis="y", style="plain")  # the label has a power of ten already
