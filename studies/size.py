@@ -1,7 +1,7 @@
 """How large, how long, how much memory: condensation, limits and steady states over the number of contact nodes, in the plane and in space.
 
 Run with `python -m studies size [--quick]`. Every size runs in a process of its own, one thread; the memory is the largest of this process so far.
-The plane scene is that of the paper, the one in space a square punch, both under bulk stress, in space asked as its quarter where something is left
+The plane scene is that of the paper, the one in space a square punch, both under bulk stress, asked as its half or quarter where something is left
 out.
 """
 
@@ -65,8 +65,8 @@ def _answered(scene: str, elements: int, guaranteed: bool, transients: bool) -> 
 
 
 def _rows(scene: str, elements: int, guaranteed: bool, transients: bool) -> list[dict[str, Any]]:
-    model = (fo.scenes.PunchOnHalfPlane if scene == "plane" else fo.scenes.SquarePunch)(elements=elements).model()
-    named = {"scene": scene, "elements": elements, "unknowns": sum(body.mesh.p.size for body in model.bodies.values())}
+    punch = (fo.scenes.PunchOnHalfPlane if scene == "plane" else fo.scenes.SquarePunch)(elements=elements)
+    named = {"scene": scene, "elements": elements, "unknowns": sum(body.mesh.p.size for body in punch.model().bodies.values())}
     rows = list[dict[str, Any]]()
 
     def asked(question: str, ask: Callable[[], Any]) -> Any:
@@ -77,7 +77,7 @@ def _rows(scene: str, elements: int, guaranteed: bool, transients: bool) -> list
         rows.append(named | {"nodes": system.nodes if rows else answer.nodes} | cost)
         return answer
 
-    system = asked("condense", model.condense)
+    system = asked("condense", punch.condense)
     limit = asked("shakedown limit", lambda: fo.shakedown_limit(system, _LOADS, _FRICTION))
     asked("limit, nothing left out", lambda: fo.shakedown_limit(system, _LOADS, _FRICTION, simplify=False))
     asked("safe slip", lambda: fo.safe_slip(system, _LOADS, _FRICTION, 0.9 * limit.load_factor))
