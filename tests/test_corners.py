@@ -10,6 +10,7 @@ from skfem import Basis, ElementVector, FacetBasis, LinearForm, MeshHex, MeshQua
 from skfem.models.elasticity import linear_elasticity
 
 import frictopt as fo
+from frictopt.fem.paraview import contact_face
 from meshes import matrices_of
 from multipliers import Assembled, by_multipliers, glued_pairs
 from spatial import vectors
@@ -267,6 +268,22 @@ def test_a_crack_within_a_body_ends_at_its_tip(kind):
     q, p = system.bonded["P"]
     assert system.nodes == n and np.allclose(system.S, S, rtol=0, atol=1e-10 * np.abs(S).max())
     assert np.allclose(np.r_[q.T.ravel(), p], r.ravel(), rtol=0, atol=1e-10 * np.abs(r).max())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_pictures_show_a_crack_to_its_tip(kind):
+    """All facets of its upper lip; the tip moves with the body and does not slip."""
+    model, _, lower = cracked(kind, fo.Material(), y=-1.0)
+    mesh, n = model.bodies["plate"].mesh, len(lower)
+    fields = model.recover({"P": 1.0}, np.full((n, 2) if mesh.dim() == 3 else n, 0.1))
+    face = contact_face(model, fields, {"work": np.ones(n)})
+    places, (cells,) = face.points[:, : mesh.dim()], face.cells
+    lip = mesh.p.T[mesh.facets[:, mesh.boundaries["above"]].T]
+    assert sorted(places[cells.data].mean(axis=1).round(9).tolist()) == sorted(lip.mean(axis=1).round(9).tolist())
+    tips = nodes_at(mesh, places[n:].T)
+    assert len(tips) and np.all(mesh.p[0, tips] == 0.5) and np.allclose(mesh.p[:, tips].T, places[n:])
+    assert np.allclose(face.point_data["displacement"][n:, : mesh.dim()], fields.displacement["plate"][:, tips].T)
+    assert all(np.all(face.point_data[name][n:] == 0.0) and face.point_data[name][:n].any() for name in ("slip", "work"))
 
 
 @pytest.mark.parametrize("off", [1e-7, 1e-4, 0.1])

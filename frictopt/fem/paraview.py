@@ -94,10 +94,12 @@ def _write_state(file: Path, model: ContactModel, fields: BodyFields, more: Mapp
 
 
 def contact_face(model: ContactModel, fields: BodyFields | None, more: Mapping[str, NDArray[Any]]) -> Any:
-    """The face of the contacts, that of bodies 1, with fields and more values at its nodes, as a mesh of meshio."""
-    cells = _faces(model)
-    points = _in_space(model._parts.points[model._parts.interface.nodes])
-    mesh = meshio_library().Mesh(points, [(_CELLS[own.shape[1]], own) for own in cells])
+    """The face of the contacts, that of bodies 1, with fields and more values at its nodes, as a mesh of meshio.
+
+    A node at the tip of a crack, which is in no pair, moves with its body and does not slip; all else there is that of the nearest pair.
+    """
+    (cells, tips), points, pairs = _faces(model), model._parts.points, model._parts.interface.nodes
+    mesh = meshio_library().Mesh(_in_space(points[np.r_[pairs, tips]]), [(_CELLS[own.shape[1]], own) for own in cells])
     mesh.cell_data["contact"] = [np.full(len(own), number, dtype=np.int32) for number, own in enumerate(cells)]
     if fields is None:
         return mesh
@@ -108,12 +110,17 @@ def contact_face(model: ContactModel, fields: BodyFields | None, more: Mapping[s
         vectors[name] = np.einsum("tn,nta->na", np.atleast_2d(values), frames[:, :-1])
     mesh.point_data.update({name: _in_space(values) for name, values in vectors.items()})
     mesh.point_data.update({"gap": fields.gap, "pressure": fields.p / width, **more})
+    own = np.r_[np.arange(len(pairs)), cKDTree(points[pairs]).query(points[tips])[1]]
+    mesh.point_data.update({name: values[own] for name, values in mesh.point_data.items()})
+    mesh.point_data["displacement"][len(pairs) :] = _in_space(moved[tips])
+    for name in mesh.point_data.keys() & {"slip", "gap", "work"}:
+        mesh.point_data[name][len(pairs) :] = 0.0
     return mesh
 
 
-def _faces(model: ContactModel) -> list[Integers]:
-    """(m, k) nodes of the contact at the corners of each facet of body 1, for each contact."""
-    parts, found = model._parts, []
+def _faces(model: ContactModel) -> tuple[list[Integers], Integers]:
+    """(m, k) pairs at the corners of each facet of body 1, for each contact, and the nodes that are in no pair: these are counted after the pairs."""
+    parts, found = model._parts, list[tuple[Integers, Integers]]()
     at, near = parts.points[parts.interface.nodes], same_point(parts.points)
     for number, contact in enumerate(model.contacts):
         body, own = parts.bodies[contact.body_1], np.flatnonzero(parts.contact == number)
@@ -122,8 +129,9 @@ def _faces(model: ContactModel) -> list[Integers]:
         pair[parts.interface.nodes[own]] = own
         distance, nearest = cKDTree(at).query(parts.points[corners])  # a corner may be in a pair of another contact
         place = np.where((pair[corners] < 0) & (distance <= near), nearest, pair[corners])
-        found.append(place[(place >= 0).all(axis=1)])
-    return found
+        found.append((corners, place))
+    tips = np.unique(np.concatenate([corners[place < 0] for corners, place in found]))
+    return [np.where(place < 0, len(at) + np.searchsorted(tips, corners), place) for corners, place in found], tips
 
 
 def _in_space(vectors: Array) -> Array:
