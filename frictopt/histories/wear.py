@@ -103,10 +103,11 @@ def wear(
     most = np.inf if cycles is None else finite_number("cycles", cycles, least=1.0)
     tolerance = finite_number("tolerance", tolerance, above=0.0)
 
-    last = list[Any]()
+    begun = initial_state
 
     def settle(worn: ContactSystem, state: ContactState | None) -> SteadyState:
-        last[:] = worn, state
+        nonlocal begun
+        begun = state
         run = Run(path_of(worn, cycle, friction, load_factor, None, state, steps=steps).start(), MOST_CYCLES)
         return reported(run, run.settled(), np.inf if run.path.steps else 0.0)
 
@@ -117,7 +118,7 @@ def wear(
                 course.jump(most)
                 bar.update()
             if course.steady.steps:  # the error of its increments, which takes two more transients, is asked of the last state alone
-                course.steady = steady_state(last[0], cycle, friction, load_factor, initial_state=last[1], steps=steps, progress=False)
+                course.steady = steady_state(course.steady.system, cycle, friction, load_factor, initial_state=begun, steps=steps, progress=False)
         except (KeyboardInterrupt, NoContinuation, SolverError) as error:
             error.history = course.history(f"{type(error).__name__}: {error}")  # type: ignore[union-attr]  # each keeps its class
             error.add_note(f"wear: {course.cycles:.6g} cycles are in the attribute `history`; from its `system` and `state` wear goes on")
