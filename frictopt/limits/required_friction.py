@@ -8,7 +8,7 @@ import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact import RESIDUAL, ROUNDING, ContactSystem, LoadCycle, SolveRecord, finite_number, frozen, place
+from ..contact import RESIDUAL, ContactSystem, LoadCycle, SolveRecord, finite_number, frozen, place
 from ..errors import SolverError
 from ..solve.solvers import solve
 from .answered import Answered, Mechanism
@@ -186,7 +186,7 @@ class _Asked:
                 break
             least, most = (least, friction) if safe.margin >= 0 else (friction, most)
             step = -safe.margin / safe.friction_rate if safe.friction_rate > 0 else np.inf
-            if min(abs(step), most - least) <= ROUNDING * friction:
+            if min(abs(step), most - least) <= RESIDUAL * friction:  # a hundredth of the share that the proof leaves
                 break
             if not (max(least, _LEAST_FRICTION) < friction + step < most and abs(step) < before / 2):
                 step = (least + most) / 2 - friction
