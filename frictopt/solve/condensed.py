@@ -11,6 +11,7 @@ so much that rounding spoils it.
 """
 
 import numpy as np
+from scipy.linalg import qr
 from scipy.linalg.blas import dsyrk
 from scipy.linalg.lapack import dpotrf, dpotrs
 from scipy.sparse import csc_array, csr_array, hstack
@@ -37,7 +38,8 @@ class Condensed:
     matrix, right, objective
         The rows `right - matrix x` of the program, and its objective.
     zero
-        How many of the first rows are zero; each must define a variable that no other one of them has.
+        How many of the first rows are zero. Each but a few defines a variable that no other one of them has; the few are solved for variables of
+        their own.
 
     Attributes
     ----------
@@ -50,23 +52,29 @@ class Condensed:
 
     Raises
     ------
-    ValueError
-        An equation defines no variable.
+    LinAlgError
+        These few depend on each other.
     """
 
     def __init__(self, matrix: csr_array, right: Array, objective: Array, zero: int) -> None:
         equations, rows = csc_array(matrix[:zero]), csc_array(matrix[zero:])
         alone = np.flatnonzero(np.diff(equations.indptr) == 1)
         defining, first = np.unique(equations.indices[equations.indptr[alone]], return_index=True)
-        if len(defining) < zero:
-            raise ValueError("an equation defines no variable of its own")
-        self._defined = alone[first]
+        defined, wide = alone[first], np.diff(rows.indptr) > _LONG * rows.shape[0]
+        self._others, narrow = np.setdiff1d(np.arange(zero), defining), np.setdiff1d(np.flatnonzero(~wide), defined)
+        every = np.hstack([equations.toarray(), np.eye(zero)[:, self._others]])
+        self._share = np.bincount(defining, 1 / every[defining, defined], zero)
+        every[defining] *= self._share[defining, None]
+        order = qr(every[np.ix_(self._others, narrow)], mode="r", pivoting=True)[1] if len(self._others) else self._others
+        pivots = narrow[order[: len(self._others)]]
+        every[self._others] = np.linalg.solve(every[np.ix_(self._others, pivots)], every[self._others])
+        every[defining] -= every[np.ix_(defining, pivots)] @ every[self._others]
+        self._defined = np.empty(zero, dtype=int)
+        self._defined[defining], self._defined[self._others] = defined, pivots
         kept = np.setdiff1d(np.arange(matrix.shape[1]), self._defined)
-        wide = np.diff(rows.indptr)[kept] > _LONG * rows.shape[0]
-        self._kept, self.shared = np.concatenate([kept[~wide], kept[wide]]), int(wide.sum())
-        self._pivots = equations.data[equations.indptr[self._defined]]
-        self._start, self._costs = right[:zero] / self._pivots, objective[self._defined]
-        define = -equations[:, self._kept].toarray() / self._pivots[:, None]
+        self._kept, self.shared = np.concatenate([kept[~wide[kept]], kept[wide[kept]]]), int(wide[kept].sum())
+        define, self._mixed = -every[:, self._kept], every[:, matrix.shape[1] :]
+        self._start, self._costs = right[:zero] * self._share + self._mixed @ right[self._others], objective[self._defined]
         on_kept, on_defined = csr_array(rows[:, self._kept]), rows[:, self._defined]
         long = np.diff(on_kept.indptr) > _LONG * len(self._kept)
         chosen = csr_array((np.ones(long.sum()), (np.flatnonzero(long), np.arange(long.sum()))), shape=(len(long), int(long.sum())))
@@ -91,7 +99,10 @@ class Condensed:
         x, zero, n = np.empty(len(self._kept) + len(self._defined)), len(self._defined), len(self._kept)
         x[self._kept], x[self._defined] = y, self._start + self.block[:zero] @ y
         work = self.transposed @ z
-        return x, np.concatenate([-(self._costs + work[n : n + zero]) / self._pivots, z])
+        m = -(self._costs + work[n : n + zero])
+        multipliers = m * self._share
+        multipliers[self._others] = m @ self._mixed
+        return x, np.concatenate([multipliers, z])
 
 
 class Equations:
