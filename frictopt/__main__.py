@@ -199,14 +199,17 @@ def _merge(asked: argparse.Namespace) -> None:
 
 
 def _sums(system: "ContactSystem") -> "Table":
-    """The sum of the bonded reactions of each load case, zero where only rounding is left."""
+    """Sums of the bonded reactions of each load case, of contacts that turn in x, y, z, zero where only rounding is left; extreme normal forces."""
     import numpy as np
 
     from .contact.result import frame
     from .contact.tolerances import ROUNDING
 
-    names = [*(["sum of q"] if system.tangents == 1 else ["sum of q1", "sum of q2"]), "sum of p", "least p", "most p"]
-    rows = np.array([[*q.reshape(len(p), -1).sum(axis=0), p.sum(), p.min(), p.max()] for q, p in system.bonded.values()])
+    turns = np.ptp(system.frames, axis=0).max() > ROUNDING
+    names = ["sum of q"] if system.tangents == 1 else ["sum of q1", "sum of q2"]
+    names = [*(["sum in x", "sum in y", "sum in z"][: system.tangents + 1] if turns else [*names, "sum of p"]), "least p", "most p"]
+    seen = system.frames if turns else np.eye(system.tangents + 1)[None]
+    rows = np.array([[*(np.c_[q, p][:, :, None] * seen).sum(axis=(0, 1)), p.min(), p.max()] for q, p in system.bonded.values()])
     rows[np.abs(rows) <= ROUNDING * np.abs(rows).max(axis=1, keepdims=True)] = 0.0
     return frame({"load case": list(system.bonded), **dict(zip(names, rows.T, strict=True))})
 

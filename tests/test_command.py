@@ -134,6 +134,16 @@ def test_a_study_in_a_file_takes_a_distribution():
     same(pd.read_csv("runs.csv"), fo.dissipation_study(CONTACT, cycle, [stats.norm(0.4, 0.05)] * 2, [0.5, 2.0], starts, rng=7, progress=False))
 
 
+def test_the_forces_of_a_contact_whose_flanks_turn_are_those_of_its_loads(capsys):
+    """Pull and sway of 1 on a neck 2 wide, held by two flanks."""
+    scene = fo.scenes.Dovetail(elements=6, growth=1.5, neck_half_width=1.0)
+    scene.condense().save("root.npz")
+    assert main(["look", "root.npz"]) == 0
+    rows = {name: parts for name, *parts in map(str.split, capsys.readouterr().out.splitlines()) if name in ("pull", "sway")}
+    sums = {name: [float(part) for part in parts[:2]] for name, parts in rows.items()}
+    assert sums == {"pull": pytest.approx([0.0, -2.0], abs=1e-4), "sway": pytest.approx([-2.0, 0.0], abs=1e-4)}
+
+
 @pytest.mark.parametrize(
     ("arguments", "unbuffered"), [(["look", "system.npz"], ""), (["limit", "--help"], ""), ([*LIMIT, *CORNERS, "--table", "limit.csv"], "1")]
 )
