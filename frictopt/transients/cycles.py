@@ -17,6 +17,7 @@ _WINDOW = 12  # number of last cycles that an extrapolation uses
 _LEAST = 4  # cycles with the same events before the first extrapolation, and cycles in turn that show a return after two
 _CLOSE = 1e-2  # distance of a fixed point, in slip scales, from which on it is looked for: returns from further off tell little of it
 _GAIN = 4  # ratio of the changes in returns from one extrapolated fixed point and the next
+_PATIENT, _MOST = 60, 6  # cycles of a transient for each more extrapolation in turn until the changes fall so, for many nodes turn, and how many
 _SAME = 3e-8  # difference of the works at fixed points from two states of a transient, over their sum, up to which these are one
 _LATER, _TOLD = 1e-2, 1e-5  # error of a work whose last events are yet to come, over its distance (0.2 % in random contacts), and the largest taken
 _BETWEEN = (0.5, 0.1)  # shares of the way from the fixed point to the last state
@@ -216,23 +217,26 @@ class Run:
         """A transient at a fixed point of increments, if returns contract towards it, and its return.
 
         Their map is not affine where slips turn, so that one extrapolation follows the other: each takes returns from the point that the one before
-        has found, which change less than a quarter as much. In the end a return comes back, while the last return of the transient itself came
-        closer, and so do returns from between. Where returns keep some slips as they are there are other fixed points nearby, so that a later state
-        of the transient must lead to the same works. Events that it has yet to meet move them, the less the closer it is.
+        has found, which change less than a quarter as much; after many cycles several in turn may take that, by all their returns; then the error
+        for later events is told so many times as large. In the end a return comes back, while the last one of the transient itself came closer, and
+        so do returns from between. Where returns keep some slips as they are there are other fixed points nearby, so that a later state of the
+        transient must lead to the same works. Events that it has yet to meet move them, the less the closer it is.
         """
         self.pause = max(self.pause - 1, 0)
         if self.pause or len(self.last) < _LEAST:
             return None
-        last, size, self.tried = self.last[-1], np.inf, self.tried + 1
-        limit = fixed_point(np.array([self.last[0].before, *(cycle.after for cycle in self.last)]))
+        last, patience, self.tried = self.last[-1], min(1 + len(self.works) // _PATIENT, _MOST), self.tried + 1
+        limit = fixed_point(np.array([(one.before, one.after) for one in self.last]))
         if np.abs(limit - last.after).max() > _CLOSE:
             return None
-        self.pause = _LEAST
+        self.pause, changes, returns, turns = _LEAST * patience, [last.change], list[Cycle](), 1
         while (proving := self.follow(proof := self.path.at(limit))).change > PERIODIC:
-            if not proving.change < min(size, last.change) / _GAIN:
+            changes.append(proving.change)
+            turns = turns if proving.change < changes[-2] / _GAIN else patience
+            if not min(changes[-patience:]) < min(changes[:-patience], default=np.inf) / _GAIN:
                 return None
-            size, states = proving.change, [proving.before, proving.after, *(self.follow(proof).after for _ in range(_LEAST))]
-            limit = fixed_point(np.array(states))
+            returns = [proving, *(self.follow(proof) for _ in range(_LEAST)), *returns][: (_LEAST + 1) * patience]
+            limit = fixed_point(np.array([(one.before, one.after) for one in returns]))
         limit = proving.after
         between = [self.follow(self.path.at(limit + share * (last.after - limit))) for share in _BETWEEN]
         closer = all(np.linalg.norm(one.after - limit) < np.linalg.norm(one.before - limit) for one in [last, *between])
@@ -243,8 +247,8 @@ class Run:
         apart = np.abs(proving.work - earlier.work)
         self.aside = float(apart.sum() / (proving.work.sum() or 1.0))
         seen = (proving.work <= none).all() or all(one.events == proving.events for one in self.last[-_LEAST:])
-        self.later = 0.0 if seen else _LATER * float(np.abs(last.work - proving.work).sum() / proving.work.sum())
-        self.pause = max(_LEAST, (self.later > _TOLD) * len(self.works) // 4)
+        self.later = 0.0 if seen else turns * _LATER * float(np.abs(last.work - proving.work).sum() / proving.work.sum())
+        self.pause = max(_LEAST * turns, (self.later > _TOLD) * len(self.works) // 4)
         return (proof, proving) if (apart <= _SAME * proving.work.sum() + none).all() and self.later <= _TOLD else None
 
     def drifts_on(self) -> str:

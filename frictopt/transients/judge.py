@@ -83,7 +83,7 @@ def limit_of(iterates: Array) -> tuple[Array, list[tuple[Array, Array]]] | None:
 
     Returns None if no single linear map fits all distances, or if they do not decay monotonically: a rate is complex, negative or not below 1.
     """
-    limit = fixed_point(iterates)
+    limit = fixed_point(np.stack([iterates[:-1], iterates[1:]], axis=1))
     distances = iterates - limit
     left, sizes, right = np.linalg.svd(distances[:-1].T, full_matrices=False)
     kept = sizes > PERIODIC
@@ -107,12 +107,12 @@ def limit_of(iterates: Array) -> tuple[Array, list[tuple[Array, Array]]] | None:
     return limit, list(zip(before.T, after.T, strict=True))
 
 
-def fixed_point(iterates: Array) -> Array:
-    """The fixed point of a map from some of its iterates (rows), by reduced-rank extrapolation; the first of them where one does not move."""
-    steps = np.diff(iterates, axis=0)
+def fixed_point(returns: Array) -> Array:
+    """The fixed point of a map by reduced-rank extrapolation from states and where it takes them, (k, 2, m); the first where one does not move."""
+    before, steps = returns[:, 0], returns[:, 1] - returns[:, 0]
     if not np.linalg.norm(steps, axis=1).min() > 0:
-        return np.asarray(iterates[0])
-    return np.asarray(iterates[0] + np.linalg.lstsq(np.diff(steps, axis=0).T, -steps[0], rcond=ROUNDING)[0] @ steps[:-1])
+        return np.asarray(before[0])
+    return np.asarray(before[0] + np.linalg.lstsq(np.diff(steps, axis=0).T, -steps[0], rcond=ROUNDING)[0] @ np.diff(before, axis=0))
 
 
 def distance_left(changes: Sequence[float], rounding: float) -> float:
