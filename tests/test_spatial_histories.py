@@ -103,16 +103,6 @@ def test_where_no_rough_transient_has_a_result_the_search_is_made_in_all_increme
     assert f"failed=1 of {1 + len(others)} " in repr(replace(found, _orbits=(replace(first, state=None), *others)))
 
 
-@pytest.mark.parametrize(("load_factor", "least", "most"), [(0.65, 0.0, 0.123305), (0.8, 0.187171, 0.227889)])
-def test_levels_of_least_work_are_followed_in_all_increments_unless_a_start_rests(load_factor, least, most, monkeypatch):
-    sure, follow = [], Search.follow
-    monkeypatch.setattr("frictopt.histories.dissipation_range._SURE", 1)
-    monkeypatch.setattr(Search, "follow", lambda *asked, **options: sure.append((follow(*asked, **options), options)) or sure[-1][0])
-    found = fo.dissipation_range(PAIR, CYCLE, 0.6, load_factor, steps=10)
-    assert [found.least, found.most] == pytest.approx([least, most], rel=0.03)
-    assert [orbit.work for orbit, options in sure if options] == pytest.approx([least, most] if least else [most], rel=0.03)
-
-
 @pytest.mark.parametrize("seed", range(4))
 def test_a_rough_transient_has_the_work_of_the_settled_one_but_for_a_share(seed):
     """Its last cycle is taken for the steady one when later ones change the work by a thousandth; it makes fewer of them."""

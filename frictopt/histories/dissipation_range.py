@@ -112,9 +112,9 @@ def dissipation_range(
     there are none where the contact has more than 62 nodes and that work is not zero.
 
     Where there are ten increments or more, all this is done with five, and transients end where later cycles change their work by a thousandth. The
-    four levels with the most work and, where no start comes to rest, the four with the least are then followed in all increments, and the search goes
-    on from the best at each end. It takes some hundreds of transients, whatever the number of nodes, and longer where contacts settle slowly. A
-    transient without a steady state in 200 cycles, of these levels in 2000, is given up: `to_frame` tells which.
+    four levels with the most work and the four with the least are then followed in all increments, and the search goes on from the best at each end.
+    It takes some hundreds of transients, whatever the number of nodes, and longer where contacts settle slowly. A transient without a steady state in
+    200 cycles, of these levels in 2000, is given up: `to_frame` tells which.
 
     The result is an inner estimate, which no theorem closes: other starts may have more work. Orbits on which nodes open are counted
     but not searched from.
@@ -182,8 +182,7 @@ def _range(runs: Search, starts: RangeStarts) -> DissipationRange:
     begun = rough.levels([rough.follow(orbit.name, orbit.start) for orbit in followed]) if rough else []
     if rough and begun:
         found = rough.levels([*begun, *_searched(rough, begun)])
-        down = [] if any(orbit.work == 0 for orbit in followed) else found[:_SURE]
-        followed += [runs.follow(orbit.name, orbit.start, most=MOST_CYCLES) for orbit in dict.fromkeys((*down, *found[-_SURE:]))]
+        followed += [runs.follow(orbit.name, orbit.start, most=MOST_CYCLES) for orbit in dict.fromkeys((*found[:_SURE], *found[-_SURE:]))]
         levels = runs.levels(followed)
     if not levels:
         raise NoContinuation(f"dissipation range: none of {len(followed)} transients has a result; the first one says: {followed[0].end}")
