@@ -213,6 +213,32 @@ def test_a_round_face_is_unrolled_and_the_slip_of_a_screw_is_the_same_everywhere
     assert np.allclose(np.column_stack([arrows.U, arrows.V]), [0.6 * side, 0.1])
 
 
+def test_a_cone_is_cut_between_its_nodes_and_the_longest_slip_is_not_foreshortened():
+    """Three nodes around at the radii 1.8 and 2.2, those opposite to the first tangent of the axis a little aside."""
+    lean, apart, side = np.arctan(0.4), 1e-4, np.array([-0.5, 0.5])
+    angle = np.add.outer([np.pi, np.pi / 3, -np.pi / 3], apart * side).ravel()
+    axis = np.array([0.0, 0.6, 0.8])
+    radial = np.outer(np.cos(angle), [1.0, 0.0, 0.0]) + np.outer(np.sin(angle), np.cross(axis, [1.0, 0.0, 0.0]))
+    height = np.tile(side, 3)
+    normals = np.cos(lean) * radial - np.sin(lean) * axis
+    contact = fo.ContactSystem(FLAT.S, (2 + 0.4 * height)[:, None] * radial + np.outer(height, axis), FLAT.bonded, frames=frames_of(normals))
+    slip = np.einsum("nki,ni->nk", contact.frames[:, :2], 0.3 * (np.sin(lean) * radial + np.cos(lean) * axis))
+    ax = replace(fo.shakedown_limit(contact, cycle(), F), slip=slip).plot()
+    points, _, arrows = marks(ax)
+    places = np.asarray(points.get_offsets()).reshape(3, 2, 2)
+    assert np.allclose(places[..., 1], side) and np.allclose(np.diff(places[..., 0], axis=1), 2 * apart, rtol=1e-3)
+    assert np.allclose(np.diff(np.sort(places[:, 0, 0])), 2 * 2 * np.pi / 3, rtol=1e-3)
+    assert np.allclose(np.column_stack([arrows.U, arrows.V]), [0.0, 0.3 * np.cos(lean)])
+    assert "longest 0.3 " in ax.get_legend().get_texts()[0].get_text()
+
+
+def test_a_sphere_has_no_map():
+    normals = np.r_[np.eye(3), -np.eye(3)]
+    ball = fo.ContactSystem(FLAT.S, normals, FLAT.bonded, frames=frames_of(normals))
+    with pytest.raises(fo.ModelError, match="not flat, and its sides face each other or away"):
+        fo.shakedown_limit(ball, cycle(), F).plot()
+
+
 def test_a_face_that_is_not_quite_flat_is_seen_along_its_mean_normal():
     normals = np.c_[[[0.3, 0.0], [-0.3, 0.0], [0.0, 0.2], [0.0, -0.2], [0.1, 0.1], [-0.1, -0.1]], np.ones(6)]
     contact = fo.ContactSystem(FLAT.S, FLAT.points, FLAT.bonded, frames=frames_of(normals))

@@ -1,4 +1,4 @@
-"""Values at the nodes of contacts: along the x axis that all pictures in the plane share, and in space on maps of the face, seen along its normal."""
+"""Values at the nodes of contacts: along the x axis that all pictures in the plane share, and in space on maps of the face."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -11,12 +11,11 @@ from matplotlib.transforms import offset_copy
 from matplotlib.tri import Triangulation
 from numpy.typing import ArrayLike
 
-from ..contact import RESIDUAL, Array, Booleans, ContactSystem, Integers
+from ..contact import RESIDUAL, Array, Booleans, ContactSystem
 from ..contact.parts import runs
-from ..errors import ModelError
-from ..fem.interface import frames_of
 from ..transients import SteadyState
 from .bodies import spread
+from .faces import FLAT, places_of, turned
 from .style import BLACK, GREY, SERIES, AxesArray, Look, one_axes, series
 
 Part = tuple[str, slice]
@@ -131,12 +130,8 @@ _PLATE = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}  
 _FAR = 1.8  # times the edges at its corners: an edge that spans a hole or a notch of the face
 _MOST_ARROWS = 60
 _ARROW = 0.12  # length of the longest arrow, over the size of the face
-_BETWEEN = 0.25  # distance of contacts that stand side by side, widths of the left one
 _LABELS = 30.0  # height of the labels of the axis below a map, points
 _MARGIN = 0.075  # of the axes, beyond points and arrows
-_TURNS = 0.1  # least spread of normals across that of most: those of two flat sides have none
-_CAP = 0.5  # least cosine between normals and their mean: faces that turn on are unrolled
-_FLAT = 1e-9  # difference of the directions of nodes in one plane; distance of nodes at one place, over the size of the contact
 
 
 def ratio_map(
@@ -146,7 +141,7 @@ def ratio_map(
     most = float(np.nanmax(ratio, initial=0.0))
     places, turn, size = _map(axes, system, ratio, rf"$|q| / (f p)$ at {corner}", most if most > 1.0 + RESIDUAL else 1.0, opened)
     if slip is not None:
-        _arrows(axes, places, turned(turn, slip if opened is None else np.where(opened[:, None], np.nan, slip)), "residual slip")
+        _arrows(axes, places, turn, slip if opened is None else np.where(opened[:, None], np.nan, slip), "residual slip")
     if circled:
         x, y = places[circled].T
         axes.scatter(x, y, s=1.6 * size, facecolors="none", edgecolors=SERIES[1]["color"], linewidths=1.4, label=why)
@@ -160,7 +155,7 @@ def steady_map(steady: SteadyState, ax: Axes | AxesArray | None) -> Axes:
     axes.set_title(f"{outcome}, work of friction per cycle {steady.dissipation:.4g}")
     work = steady.dissipation_per_node
     places, turn, _ = _map(axes, steady.system, work, "work of friction per cycle (force times length)", float(work.max()) or 1.0)
-    _arrows(axes, places, turned(turn, steady.slip), f"slip at {steady.cycle.corner_names[-1]}")
+    _arrows(axes, places, turn, steady.slip, f"slip at {steady.cycle.corner_names[-1]}")
     return _finished(axes)
 
 
@@ -199,7 +194,7 @@ def _map(axes: Axes, system: ContactSystem, values: Array, name: str, most: floa
 
 def _triangles(system: ContactSystem, places: Array, known: Booleans) -> Triangulation | None:
     """Triangles between neighbours of one contact that have values; None where there are none."""
-    if np.linalg.matrix_rank(places - places.mean(axis=0), tol=_FLAT * float(np.ptp(places))) < 2:
+    if np.linalg.matrix_rank(places - places.mean(axis=0), tol=FLAT * float(np.ptp(places))) < 2:
         return None
     mesh = Triangulation(*places.T)
     ends = mesh.triangles[:, [[0, 1], [1, 2], [2, 0]]]
@@ -217,64 +212,6 @@ def _triangles(system: ContactSystem, places: Array, known: Booleans) -> Triangu
     return mesh
 
 
-def places_of(system: ContactSystem) -> tuple[Array, tuple[str, str], dict[str, Array], Array]:
-    """(N, 2) places of the nodes, names of the axes, names with places of contacts not in one plane, which stand side by side, turns for `turned`."""
-    contacts = {} if system.contact is None else {name: np.flatnonzero(system.contact == name) for name in dict.fromkeys(system.contact.tolist())}
-    if len(contacts) < 2 or np.ptp(system.frames, axis=0).max() <= _FLAT:
-        try:
-            seen, labels, turn = _seen(system, np.arange(system.nodes))
-            return seen, labels, {}, turn
-        except ModelError:
-            if len(contacts) < 2:
-                raise
-    places, turn, names, right = np.zeros((system.nodes, 2)), np.zeros((system.nodes, 2, 2)), {}, 0.0
-    for name, own in contacts.items():
-        seen, _, turn[own] = _seen(system, own)
-        low, high = seen.min(axis=0), seen.max(axis=0)
-        places[own] = seen + [right - low[0], -(low[1] + high[1]) / 2]
-        names[name] = np.array([right + (high[0] - low[0]) / 2, (high[1] - low[1]) / 2])
-        right += (1 + _BETWEEN) * (high[0] - low[0])
-    return places, ("along the first tangents, contact by contact", "along the second tangents"), names, turn
-
-
-def turned(turn: Array, vectors: Array) -> Array:
-    """Vectors (..., N, 2) along the tangents as those of a map."""
-    return np.asarray(np.einsum("nik,...nk->...ni", turn, vectors))
-
-
-def _seen(system: ContactSystem, own: Integers) -> tuple[Array, tuple[str, str], Array]:
-    """(n, 2) places of some nodes, names of the axes, and turns: seen along the mean normal, or unrolled about the axis of a face that turns on."""
-    frames, points = system.frames[own], system.points[own]
-    normals, mean = frames[:, 2], frames[:, 2].mean(axis=0)
-    if np.abs(frames - frames[0]).max() <= _FLAT:
-        along, labels = frames[:, :2], (_along(frames[0, 0], "first"), _along(frames[0, 1], "second"))
-        places = np.asarray(points @ frames[0, :2].T)
-    elif (normals @ mean).min() > _CAP * np.linalg.norm(mean):
-        along = np.repeat(frames_of(mean[None])[:, :2], len(own), axis=0)
-        places, labels = points @ along[0].T, ("first direction across the mean normal", "second direction")
-    else:
-        _, sizes, directions = np.linalg.svd(normals - mean, full_matrices=False)
-        if sizes[1] < _TURNS * sizes[0]:
-            raise ModelError("plot: the contact is not flat, and its sides face each other; make a contact of each side, or use to_frame()")
-        axis = directions[-1]
-        axis *= np.sign(axis[np.abs(axis).argmax()])
-        middle = mean - (mean @ axis) * axis + _FLAT * frames_of(axis[None])[0, 0]  # the face is cut opposite to it
-        around = np.cross(axis, normals)
-        angle = np.arctan2(normals @ np.cross(axis, middle), normals @ middle)
-        radius = np.sum((points - points.mean(axis=0)) * (normals - mean)) / np.sum((normals - mean) ** 2)
-        along = np.stack([around / np.linalg.norm(around, axis=1)[:, None], np.repeat(axis[None], len(own), axis=0)], axis=1)
-        places, labels = np.column_stack([radius * angle, points @ axis]), ("unrolled around the axis of the face", "along that axis")
-    if len(np.unique(np.round(places / (_FLAT * (np.ptp(places) or 1.0))), axis=0)) < len(own):
-        raise ModelError("plot: the contact has nodes above each other, which one map would hide; use to_frame()")
-    return places, labels, np.einsum("nij,nkj->nik", along, frames[:, :2])
-
-
-def _along(tangent: Array, number: str) -> str:
-    """Name of a direction: that of the coordinate axis where it is one."""
-    axis = np.flatnonzero(tangent == 1.0)
-    return f"${'xyz'[axis[0]]}$" if len(axis) else f"position along the {number} tangent"
-
-
 def arrows(axes: Axes, places: Array, vectors: Array, those: Array, **look: Any) -> None:
     """Draw vectors (n, 2) as arrows, with room for all of those, (..., n, 2), that the same map will show; the longest of them has its length."""
     reach = _ARROW * float(np.ptp(places, axis=0).max() or 1.0) / float(np.nanmax(np.linalg.norm(those, axis=-1)) or 1.0)
@@ -283,12 +220,13 @@ def arrows(axes: Axes, places: Array, vectors: Array, those: Array, **look: Any)
     axes.autoscale_view()
 
 
-def _arrows(axes: Axes, places: Array, slip: Array, name: str) -> None:
-    """Draw the slip of the nodes as arrows, none where it is NaN."""
+def _arrows(axes: Axes, places: Array, turn: Array, slip: Array, name: str) -> None:
+    """Draw the slip of the nodes as arrows, as the map sees them, none where it is NaN."""
     longest = float(np.nanmax(np.linalg.norm(slip, axis=1), initial=0.0))
     if longest > 0:
         few = sorted(spread(places.T, _MOST_ARROWS))
-        arrows(axes, places[few], slip[few], slip[few], facecolor="white", edgecolor=BLACK, linewidth=0.5, width=0.007)
+        seen = turned(turn, slip)[few]
+        arrows(axes, places[few], seen, seen, facecolor="white", edgecolor=BLACK, linewidth=0.5, width=0.007)
         axes.plot([], [], linestyle="none", marker=r"$\rightarrow$", markersize=11, color=BLACK, label=f"{name}, longest {longest:.3g} (length)")
 
 

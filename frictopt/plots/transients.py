@@ -16,7 +16,8 @@ from ..contact import ROUNDING, SIMULTANEOUS, Array, Integers, shown, whole_numb
 from ..contact.files import output
 from ..histories.dissipation_range import DissipationRange
 from ..transients import LoadLoop, SteadyState, Trajectory
-from .nodes import arrows, label_contacts, label_panels, lines, lines_or_band, node_at, parts, places_of, steady_map, turned
+from .faces import places_of, turned
+from .nodes import arrows, label_contacts, label_panels, lines, lines_or_band, node_at, parts, steady_map
 from .style import BLACK, FACE, GREY, SERIES, AxesArray, Look, equals, legend, line, name_units, new_axes, one_axes, picture, screen, series
 
 _CODES = (0, 1, -1, 2)
