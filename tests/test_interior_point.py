@@ -7,7 +7,7 @@ import pytest
 import frictopt as fo
 from frictopt.solve import interior_point
 from frictopt.solve import solvers as policy
-from frictopt.solve.condensed import Equations
+from frictopt.solve.condensed import Equations, _factor
 from frictopt.solve.cones import Scaling
 from frictopt.solve.standard_form import StandardForm
 from spatial import cycle, random_contact, vectors
@@ -98,6 +98,16 @@ def test_equations_without_a_variable_of_their_own_are_solved_for_one():
         ours = ask(still, cycle(), friction, solver="INTERIOR_POINT")
         assert (ours.record.solver, ours.load_factor) == ("INTERIOR_POINT", pytest.approx(theirs.load_factor, rel=1e-8))
         assert ours.load_factor > 0 and ours.residual <= 1e-9
+
+
+def test_a_matrix_that_rounding_leaves_indefinite_has_a_factor_still_and_any_other_has_none():
+    x = np.linspace(0.0, 1.0, 400)
+    bells = np.exp(-((x[:, None] - x) ** 2))  # positive definite, down to 1e-300
+    assert np.linalg.eigvalsh(bells)[0] < -1e-15
+    factor = np.triu(_factor(bells.copy(order="F")))
+    assert factor.T @ factor == pytest.approx(bells, abs=1e-12)
+    with pytest.raises(ArithmeticError, match="no factor"):
+        _factor(np.diag([1.0, -1e-9]))
 
 
 @pytest.mark.parametrize("error", [ArithmeticError, np.linalg.LinAlgError])

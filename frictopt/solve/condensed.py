@@ -22,7 +22,7 @@ from .cones import Scaling
 
 _LONG = 0.2  # share of the unknowns from which on a row counts as dense, and of the rows from which on all nodes share an unknown
 _ROWS = 250  # rows in a part of the product, of which only the lower triangle is computed
-_SHIFT = 1e-14  # of the diagonal, over itself, so that rounding leaves the equations a factor
+_SHIFTS = (1e-14, 1e-13, 1e-12, 1e-11)  # of the diagonal, over itself: the first with which rounding leaves the equations a factor
 _SOFTEST = 1e-10  # added stiffness of a node, over its largest one, without which the inverse is all rounding
 _CORRECT, _HELPS = 1e-13, 0.1  # error of the equations from which on none is corrected, and what a correction leaves of it, unless all is rounding
 _SPOILT = 1e-8  # error in the end from which on the inverse is spoilt
@@ -227,9 +227,11 @@ def _added(matrix: Array, more: csr_array) -> Array:
 
 
 def _factor(matrix: Array) -> Array:
-    """The Cholesky factor, upper, of the upper triangle of a matrix in the order of columns, which it overwrites."""
-    matrix[np.diag_indices(len(matrix))] *= 1 + _SHIFT
-    factor, failed = dpotrf(matrix, overwrite_a=1)
-    if failed:
-        raise ArithmeticError("the equations of a step have no factor")
-    return np.asarray(factor)
+    """The Cholesky factor, upper, of the upper triangle of a matrix in the order of columns."""
+    diagonal = matrix.diagonal().copy()
+    for shift in _SHIFTS:
+        np.fill_diagonal(matrix, diagonal * (1 + shift))
+        factor, failed = dpotrf(matrix)
+        if not failed:
+            return np.asarray(factor)
+    raise ArithmeticError("the equations of a step have no factor")

@@ -30,7 +30,7 @@ _STEPS = 100
 _ENOUGH = 1e-11  # errors with which it ends, see `_Residuals.error`
 _AGREE = 10.0  # times as much may the two objectives differ, which is a tenth of what an answer may
 _MENDED = 100 * _ENOUGH  # work of the cones from which on the errors of a step, its rounding, are mended by themselves
-_WAITING = 5  # steps near an optimum that do not halve the work of the cones after which rounding is all that is left
+_WAITING = 5  # steps near an optimum that do not halve the least error after which rounding is all that is left
 _NEARLY = 1e-7  # errors up to which it ends where rounding leaves no further step, for others to judge, and of a proof that there is no optimum
 _NO_OPTIMUM = 1e-12  # tau over kappa up to which there is no optimum, and rounding is all that the proof lacks
 _AGAIN = 2  # times that the curvature is met again at most
@@ -100,7 +100,7 @@ class _Residuals:
 def _solved(program: Condensed, cones: Cones) -> tuple[str, Array, Array, int]:
     """Status in Clarabel's words, y, z, and the number of steps."""
     at = _Point(np.zeros(len(program.objective)), cones.unit, cones.unit, 1.0, 1.0)
-    best, least, proof, lack, work, since, step, newton = at, np.inf, ("", at), np.inf, np.inf, 0, 0, None
+    best, least, proof, lack, since, step, newton = at, np.inf, ("", at), np.inf, 0, 0, None
     for step in range(_STEPS):
         off = _Residuals(program, at, cones.degree)
         if newton and off.apart <= _MENDED and off.error > _ENOUGH:
@@ -109,8 +109,8 @@ def _solved(program: Condensed, cones: Cones) -> tuple[str, Array, Array, int]:
         proof, lack = ((off.without_optimum, at), off.lack) if off.lack < lack else (proof, lack)
         if lack <= (_ENOUGH if at.tau > _NO_OPTIMUM * at.kappa else _NEARLY):
             return proof[0], proof[1].y, proof[1].z, step
+        since = 0 if off.error < least / 2 else since + 1
         best, least = (at, off.error) if off.error < least else (best, least)
-        work, since = (off.work, 0) if off.work < work / 2 else (work, since + 1)
         if least <= _ENOUGH or (since >= _WAITING and least <= _NEARLY) or not np.isfinite(off.error) or at.tau <= _NO_OPTIMUM * at.kappa:
             break
         try:
