@@ -12,7 +12,7 @@ from enumeration import random_increment
 from frictopt.contact.parts import joined, parted
 from frictopt.errors import NoContinuation
 from frictopt.transients.exact.kernel import increment, sweep
-from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement, NewtonIncrement
+from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement, NewtonIncrement, by_newton
 from frictopt.transients.increments.newton import State, newton
 from spatial import random_contact
 from systems import SEEDS, random_system
@@ -146,6 +146,16 @@ def test_where_sweeps_fail_open_nodes_are_eliminated(in_space, free):
         long.append(len(asked))
         asked.clear()
     assert (status == 2).sum() == 6 and long == ([1, 0, 0, 1, 0] if free == "no motion" else [1] * 5)
+
+
+def test_nodes_that_close_again_are_not_eliminated_again(monkeypatch):
+    """A punch that rocks to and fro and lifts off at other nodes all the time: each of them is eliminated once at most."""
+    punch, made, honest = fo.scenes.SquarePunch(elements=5).condense(), [], by_newton._Rest.__init__
+    monkeypatch.setattr(by_newton._Rest, "__init__", lambda rest, *asked: made.append(asked) or honest(rest, *asked))
+    around = fo.LoadCycle({"P": 1.0}, [{name: sense} for sense in (1.0, -1.0) for name in ("Qx", "Qy")])
+    load_factor = 1.5 * fo.shakedown_limit(punch, around, 0.5).load_factor
+    path = fo.march(punch, around, 0.5, load_factor, cycles=6, steps=4, progress=False)
+    assert 0 < len(made) <= punch.nodes < 2 * (path.gap > 0).any(axis=0).sum()
 
 
 def test_a_jump_is_not_taken_again_because_it_was_taken_once():

@@ -58,6 +58,7 @@ class NewtonIncrement(FrictionIncrement):
         # of increments whose state sweeps did not reach, by their load and way: motions, and whether they are nearly those of the cycle before
         self._begun: dict[bytes, tuple[Array, bool]] = {}
         self._rest: _Rest | None = None  # of the last increment in which open nodes were eliminated
+        self._landed = np.zeros(system.nodes, dtype=bool)  # nodes that closed again after that: these are never eliminated again
 
     def along(self, u: Array, loads: Sequence[Array]) -> Iterator[tuple[Array, Array, NDArray[np.int8]]]:
         """States after several loads in turn, see `FrictionIncrement`; reactions and gaps go on from those before.
@@ -101,6 +102,8 @@ class NewtonIncrement(FrictionIncrement):
         """The same, with nodes eliminated that are open; None where one of them closes, or the others have no state that obeys the law of all."""
         n, known = self.system.nodes, self._rest.opened if self._rest else np.zeros(self.system.nodes, dtype=bool)
         opened = u[-n:] + self.system.gap > 0
+        self._landed |= known & ~opened
+        opened &= ~self._landed
         opened = opened if (opened & ~known).sum() > _MORE * (~known).sum() else opened & known
         if not opened.any() or opened.all():
             return None
