@@ -158,6 +158,18 @@ def test_nodes_that_close_again_are_not_eliminated_again(monkeypatch):
     assert 0 < len(made) <= punch.nodes < 2 * (path.gap > 0).any(axis=0).sum()
 
 
+def test_where_the_others_find_no_state_the_whole_contact_is_asked_before_any_convex_program(monkeypatch):
+    """A punch that tips onto nodes that were open: without these nothing holds it. As without elimination, state by state."""
+    monkeypatch.setattr(by_newton.FrozenBoundIncrement, "_solved", lambda *asked: pytest.fail("a convex program"))
+    punch = fo.scenes.SquarePunch(elements=4).condense()
+    around = fo.LoadCycle({"P": 1.0}, [{name: sense} for sense in (1.0, -1.0) for name in ("Qx", "Qy")])
+    asked = punch, around, 0.8, 2.0 * fo.shakedown_limit(punch, around, 0.8).load_factor
+    path = fo.march(*asked, cycles=2, steps=3)
+    monkeypatch.setattr(NewtonIncrement, "_without_open", lambda *asked: None)
+    whole = fo.march(*asked, cycles=2, steps=3)
+    assert np.abs(path.slip - whole.slip).max() < 1e-9 * np.abs(whole.slip).max() and np.abs(path.p - whole.p).max() < 1e-9 * whole.p.max()
+
+
 def test_a_jump_is_not_taken_again_because_it_was_taken_once():
     """Far above the critical friction several states obey the law; those that each increment has by itself change little with their number."""
     rng = np.random.default_rng(0)

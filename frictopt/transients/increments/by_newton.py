@@ -151,6 +151,13 @@ class NewtonIncrement(FrictionIncrement):
             ) from None
 
 
+class _Left(NewtonIncrement):
+    """An increment of the nodes that are left: where Newton's method fails at once, the whole contact is asked."""
+
+    def _otherwise(self, posed: Posed, least: float) -> Increment:
+        raise SolverError(f"Newton's method leaves a residual of {least:.1e}")
+
+
 class _Rest:
     """The nodes that are left of a contact where open ones are eliminated: as long as nothing acts on these, they follow the others.
 
@@ -171,7 +178,7 @@ class _Rest:
         S, none = system.S[np.ix_(self._in, self._in)] - between.T @ self._carried, {"none": np.zeros(len(self._in))}
         names = None if system.contact is None else system.contact[left]
         rest = ContactSystem(S, system.points[left], none, gap=system.gap[left], frames=system.frames[left], contact=names)
-        self._increment = NewtonIncrement(rest, whole.friction[left])
+        self._increment = _Left(rest, whole.friction[left])
 
     def after(self, u: Array, load: Array, way: bytes) -> tuple[Array, Array, NDArray[np.int8]]:
         """Motions, reactions and status of all nodes after a load."""
