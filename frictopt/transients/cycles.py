@@ -216,11 +216,10 @@ class Run:
     def proven_fixed_point(self) -> tuple[Transient, Cycle] | None:
         """A transient at a fixed point of increments, if returns contract towards it, and its return.
 
-        Their map is not affine where slips turn, so that one extrapolation follows the other: each takes returns from the point that the one before
-        has found, which change less than a quarter as much; after many cycles several in turn may take that, by all their returns; then the error
-        for later events is told so many times as large. In the end a return comes back, while the last one of the transient itself came closer, and
-        so do returns from between. Where returns keep some slips as they are there are other fixed points nearby, so that a later state of the
-        transient must lead to the same works. Events that it has yet to meet move them, the less the closer it is.
+        Their map is not affine where slips turn, so one extrapolation follows the other, by returns from the point before, which change less than
+        a quarter as much; after many cycles several in turn may take that, and the error for later events is told so many times as large. In the end
+        a return comes back, while the last one of the transient itself and those from between came closer. Where returns keep some slips there are
+        other fixed points nearby, so that a later state must lead to the same works. Events that it has yet to meet move them, less the closer it is.
         """
         self.pause = max(self.pause - 1, 0)
         if self.pause or len(self.last) < _LEAST:

@@ -60,46 +60,44 @@ class NewtonIncrement(FrictionIncrement):
         self._rest: _Rest | None = None  # of the last increment in which open nodes were eliminated
         self._landed = np.zeros(system.nodes, dtype=bool)  # nodes that closed again after that: these are never eliminated again
 
-    def along(self, u: Array, loads: Sequence[Array]) -> Iterator[tuple[Array, Array, NDArray[np.int8]]]:
-        """States after several loads in turn, see `FrictionIncrement`; reactions and gaps go on from those before.
+    def along(self, u: Array, loads: Sequence[Array], begin: bytes = b"") -> Iterator[tuple[Array, Array, NDArray[np.int8]]]:
+        """States after several loads in turn, see `FrictionIncrement`; reactions and gaps go on from those before. `begin` tells ways apart.
 
-        Once sweeps do not reach a state, nodes that are open are eliminated, as long as they stay open.
-        """
-        stress: Array | None = None
-        for load in loads:
-            way = loads[0].tobytes() + load.tobytes()
-            found = self._without_open(u, load, way) if self._begun else None
-            u, stress, r, status = found or self._next(u, stress, load, way)
-            yield u, r, status
-
-    def _next(self, u: Array, stress: Array | None, load: Array, way: bytes) -> tuple[Array, Array | None, Array, NDArray[np.int8]]:
-        """Motions, the stress `S u` where it is known, reactions and status after one load.
-
-        Where sweeps do not reach a state, Newton's method begins at the gaps before, and at the motions of the cycle before once they repeat: where
-        several states obey the law, those of a jump would lead to the next jump.
+        Once sweeps do not reach a state, open nodes are eliminated, as long as they stay open. Else Newton's method begins at the gaps before, and at
+        the motions of the cycle before once they repeat: where several states obey the law, those of a jump would lead to the next jump.
         """
         n, gap, axes = self.system.nodes, self.system.gap, self.system.tangents + 1
-        start = np.concatenate([np.zeros(len(u) - n), u[-n:] + gap])
-        if way not in self._begun:
-            r = load + (self.system.S @ u if stress is None else stress)
-            force = force_scale(load[-n:], r)
-            length = force / self.system.stiffness_scale
-            state, r = self._swept(start / length, r / force)
-            if state.error <= ROUNDING:
-                u = np.concatenate([u[:-n] + length * state.u[:-n], length * state.u[-n:] - gap])
-                return u, force * r - load, force * state.r, state.status
-            start = length * state.u
-        posed = Posed(self, parted(u, axes)[0], parted(load, axes))
-        last, repeats = self._begun.get(way, (np.full(u.shape, np.nan), False))
-        new = self._by_newton(posed, (last if repeats else start) / posed.length)
-        new = new if new.record.residual <= RESIDUAL else self.solve(posed.slip, posed.bonded)
-        before, u = u, joined(new.slip, new.gap - gap)
-        moved = np.concatenate([(u - before)[:-n], new.gap])
-        self._begun[way] = moved, bool(np.abs(moved - last).max() <= _REPEATS * np.abs(moved).max())
-        return u, None, joined(new.q, new.p), new.status
+        stress: Array | None = None  # S u, where it is known
+        for load in loads:
+            way = (begin or loads[0].tobytes()) + load.tobytes()
+            if self._begun and (found := self._without_open(u, load, way)):
+                u, stress = found[0], None
+                yield found
+                continue
+            start = np.concatenate([np.zeros(len(u) - n), u[-n:] + gap])
+            if way not in self._begun:
+                r = load + (self.system.S @ u if stress is None else stress)
+                force = force_scale(load[-n:], r)
+                length = force / self.system.stiffness_scale
+                state, r = self._swept(start / length, r / force)
+                if state.error <= ROUNDING:
+                    u = np.concatenate([u[:-n] + length * state.u[:-n], length * state.u[-n:] - gap])
+                    stress = force * r - load
+                    yield u, force * state.r, state.status
+                    continue
+                start = length * state.u
+            posed = Posed(self, parted(u, axes)[0], parted(load, axes))
+            last, repeats = self._begun.get(way, (np.full(u.shape, np.nan), False))
+            new = self._by_newton(posed, (last if repeats else start) / posed.length)
+            new = new if new.record.residual <= RESIDUAL else self.solve(posed.slip, posed.bonded)
+            before, u = u, joined(new.slip, new.gap - gap)
+            moved = np.concatenate([(u - before)[:-n], new.gap])
+            self._begun[way] = moved, bool(np.abs(moved - last).max() <= _REPEATS * np.abs(moved).max())
+            stress = None
+            yield u, joined(new.q, new.p), new.status
 
-    def _without_open(self, u: Array, load: Array, way: bytes) -> tuple[Array, None, Array, NDArray[np.int8]] | None:
-        """The same, with nodes eliminated that are open; None where one of them closes, or the others have no state that obeys the law of all."""
+    def _without_open(self, u: Array, load: Array, way: bytes) -> tuple[Array, Array, NDArray[np.int8]] | None:
+        """A state with nodes eliminated that are open; None where one of them closes, or the others have no state that obeys the law of all."""
         n, known = self.system.nodes, self._rest.opened if self._rest else np.zeros(self.system.nodes, dtype=bool)
         opened = u[-n:] + self.system.gap > 0
         self._landed |= known & ~opened
@@ -114,7 +112,7 @@ class NewtonIncrement(FrictionIncrement):
         except (FrictoptError, LinAlgError):
             return None
         errors = off_law(self.system, self.friction, load, after, r, force_scale(load[-n:], r), u)
-        return (after, None, r, status) if errors.max() <= STALLED else None
+        return (after, r, status) if errors.max() <= STALLED else None
 
     def _solved(self, posed: Posed) -> Increment:
         """From where sweeps end; else from no motion, by c of nodes and of directions; last by frozen bounds."""
@@ -152,7 +150,10 @@ class NewtonIncrement(FrictionIncrement):
 
 
 class _Left(NewtonIncrement):
-    """An increment of the nodes that are left: where Newton's method fails at once, the whole contact is asked."""
+    """An increment of the nodes that are left: where Newton's method fails at once, the whole contact is asked. No more are eliminated."""
+
+    def _without_open(self, u: Array, load: Array, way: bytes) -> None:
+        return None
 
     def _otherwise(self, posed: Posed, least: float) -> Increment:
         raise SolverError(f"Newton's method leaves a residual of {least:.1e}")
@@ -184,6 +185,6 @@ class _Rest:
         """Motions, reactions and status of all nodes after a load."""
         moved, r, status = np.empty_like(u), np.zeros_like(u), np.full(len(self.opened), OPEN, dtype=np.int8)
         rest = load[self._in] - load[self._out] @ self._carried
-        moved[self._in], _, r[self._in], status[~self.opened] = self._increment._next(u[self._in], None, rest, way)
+        moved[self._in], r[self._in], status[~self.opened] = next(self._increment.along(u[self._in], [rest], way))
         moved[self._out] = -cho_solve(self._factor, load[self._out]) - self._carried @ moved[self._in]
         return moved, r, status
