@@ -100,6 +100,15 @@ def test_equations_without_a_variable_of_their_own_are_solved_for_one():
         assert ours.load_factor > 0 and ours.residual <= 1e-9
 
 
+def test_a_node_alone_has_too_few_variables_for_its_equations():
+    S = [[2.0, 0.0, 0.3], [0.0, 2.0, 0.1], [0.3, 0.1, 1.0]]
+    node = fo.ContactSystem(S, [[0, 0, 0]], {"P": [0, 0, 1], "Q": [1, 0, 0.5], "R": [0, 1, 0.5]})
+    loads = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}, {"R": 1.0}])
+    with pytest.raises(fo.SolverError, match="INTERIOR_POINT: fewer variables than equations, but for those that all nodes share"):
+        fo.guaranteed_limit(node, loads, 0.5, solver="INTERIOR_POINT")
+    assert 0 < fo.guaranteed_limit(node, loads, 0.5).load_factor < np.inf
+
+
 def test_a_matrix_that_rounding_leaves_indefinite_has_a_factor_still_and_any_other_has_none():
     x = np.linspace(0.0, 1.0, 400)
     bells = np.exp(-((x[:, None] - x) ** 2))  # positive definite, down to 1e-300

@@ -53,7 +53,7 @@ class Condensed:
     Raises
     ------
     LinAlgError
-        These few depend on each other.
+        These few depend on each other, or have too few variables.
     """
 
     def __init__(self, matrix: csr_array, right: Array, objective: Array, zero: int) -> None:
@@ -62,6 +62,8 @@ class Condensed:
         defining, first = np.unique(equations.indices[equations.indptr[alone]], return_index=True)
         defined, wide = alone[first], np.diff(rows.indptr) > _LONG * rows.shape[0]
         self._others, narrow = np.setdiff1d(np.arange(zero), defining), np.setdiff1d(np.flatnonzero(~wide), defined)
+        if len(narrow) < len(self._others):
+            raise np.linalg.LinAlgError("fewer variables than equations, but for those that all nodes share")
         every = np.hstack([equations.toarray(), np.eye(zero)[:, self._others]])
         self._share = np.bincount(defining, 1 / every[defining, defined], zero)
         every[defining] *= self._share[defining, None]
