@@ -28,9 +28,9 @@ class Contact:
     The faces may be straight or curved, of any direction, closed or not, and their nodes need not match. The face of body 1 lies within that of
     body 2; its nodes are those of the contact, and it should be the finer one; of round faces that do not match, the one that turns, and not finer.
     In the plane that of body 1 is one chain of edges, in space facets are triangles or quadrilaterals. Each facet of body 1 faces body 2 along its
-    normal with half of its length or area or more: round ends and rims may miss each other by their sag. Quadratic
-    bodies meet in linear facets through their corner nodes, which the nodes amid edges follow. The two faces of a crack are faces of one body; the
-    node at its tip, which both have, is in no pair.
+    normal with half of its length or area or more: round ends and rims may miss each other by their sag. Quadratic bodies meet in linear facets
+    through their corner nodes, which the nodes amid edges follow. The two faces of a crack are faces of one body; the node at its tip, which both
+    have, is in no pair.
 
     Parameters
     ----------
