@@ -5,7 +5,6 @@ read its output to the end (`| head`).
 """
 
 import argparse
-import os
 import re
 import sys
 import warnings
@@ -14,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import __version__
-from .contact.files import WRITERS, output
+from .contact.files import WRITERS, output, to_its_end
 from .errors import FrictoptError, ModelError, StoreError
 
 if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
@@ -28,7 +27,7 @@ _ROWS = 8  # of a table that is printed
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
     try:
-        try:
+        with to_its_end():
             asked = _parser().parse_args(arguments)
             for name in ("file", "job", "history"):
                 given = getattr(asked, name, None)
@@ -40,11 +39,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
             with warnings.catch_warnings():
                 warnings.showwarning = lambda message, *_: print(f"frictopt: warning: {message}", file=sys.stderr)
                 asked.command(asked)
-        finally:
-            sys.stdout.flush()  # tells of a reader that has gone
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for Python flushes once more when it ends
-        return 141
     except KeyboardInterrupt as interrupt:
         print("frictopt: interrupted", *getattr(interrupt, "__notes__", []), sep="\n", file=sys.stderr)
         return 130

@@ -15,7 +15,8 @@ from typing import Any, Protocol, cast
 import pandas as pd
 from matplotlib.figure import Figure
 
-from studies.tables import INTERRUPTED, Table, data_folder, to_its_end, whole_number, writable
+from frictopt.contact.files import to_its_end
+from studies.tables import INTERRUPTED, Table, data_folder, whole_number, writable
 
 from . import style
 from .prepare import prepare
@@ -95,4 +96,5 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    raise SystemExit(to_its_end(main))
+    with to_its_end():
+        raise SystemExit(main())

@@ -4,7 +4,9 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from .tables import Study, to_its_end
+from frictopt.contact.files import to_its_end
+
+from .tables import Study
 
 _MODULES = """
 first_look limits scenes guaranteed separation increments dissipation range damping wear design joint space spatial size validity
@@ -29,4 +31,5 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    raise SystemExit(to_its_end(main))
+    with to_its_end():
+        raise SystemExit(main())

@@ -267,18 +267,6 @@ class Study:
         return made
 
 
-def to_its_end(main: Callable[[], int]) -> int:
-    """The exit status of a command; 141 where nobody reads its output to the end (`| head`)."""
-    try:
-        try:
-            return main()
-        finally:
-            sys.stdout.flush()
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for Python flushes once more when it ends
-        return 141
-
-
 def _same_origin(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> bool:
     """Whether a stored table is still valid; new versions of libraries alone do not make it invalid."""
     same = all(found.get(key) == wanted[key] for key in ("table", "columns", "parameters"))

@@ -1,6 +1,10 @@
-"""Files: those to be written, checked before anything is computed, and that of a contact system, an npz archive of plain arrays."""
+"""Files: those to be written, checked before anything is computed; that of a contact system, an npz archive of plain arrays; and what is printed."""
 
+import os
+import sys
 import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +31,19 @@ def output(name: str | Path, *endings: str) -> Path:
     if not file.absolute().parent.is_dir():
         raise ModelError(f"{str(name)!r} is in no folder that exists; make it")
     return file
+
+
+@contextmanager
+def to_its_end() -> Iterator[None]:
+    """What a command prints is written when it ends; where nobody reads it to its end (`| head`), the exit status is 141."""
+    try:
+        try:
+            yield
+        finally:
+            sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for Python flushes once more when it ends
+        raise SystemExit(141) from None
 
 
 _OTHERS = {*WRITERS, *".xls .txt .json .mat .h5 .hdf5 .npy .pkl .zip .gz".split()}  # no archive stands under the name of another format
