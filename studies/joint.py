@@ -93,21 +93,8 @@ def _cycle(joint: Joint) -> fo.LoadCycle:
 
 def _fretting(joint: Joint, system: fo.ContactSystem) -> tuple[fo.results.SteadyState, pd.DataFrame]:
     """The steady state under the history itself, and its fretting table with the stress of body 2 at all corners."""
-    problem = system, _cycle(joint), joint.friction, 1.0
-    steady = fo.steady_state(*problem)
-    states = steady.states()
-    corners = problem[1].corners
-    stress, strain = [], []
-    for number, corner in enumerate(corners, start=1):
-        state = int(np.flatnonzero(states.time == number)[-1])
-        loads = {name: joint.mean.get(name, 0.0) + corner.get(name, 0.0) for name in {**joint.mean, **corner}}
-        fields = joint.model.recover(loads, states.slip[state], states.gap[state])
-        off = np.abs([fields.q - states.q[state], fields.p - states.p[state]]).max()
-        if off > 1e-7 * np.abs(states.p).max():
-            raise fo.SolverError(f"{joint.name}: the recovered field misses the reactions of corner {number} by {off:.1e}")
-        sigma, epsilon = fields.at_contact(2)
-        stress.append(sigma)
-        strain.append(epsilon)
+    steady: Any = fo.steady_state(system, _cycle(joint), joint.friction, 1.0)
+    stress, strain = zip(*(fields.at_contact(2) for _, fields, _ in joint.model._over(steady, every=False)), strict=True)
     return steady, steady.fretting_table(stress=np.array(stress), strain=np.array(strain))
 
 

@@ -22,9 +22,9 @@ from tqdm import tqdm
 
 import frictopt as fo
 
+from .paper import LOADS
 from .tables import Study, Table, markdown, two_digits
 
-_LOADS = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 _FRICTION = 0.5
 _QUESTIONS = ("condense", "shakedown limit", "limit, nothing left out", "safe slip", "guaranteed limit", "steady state below", "steady state above")
 _IN_MEMORY = 1e9 if sys.platform == "darwin" else 1e6  # units of the largest memory, in gigabytes
@@ -78,14 +78,14 @@ def _rows(scene: str, elements: int, guaranteed: bool, transients: bool) -> list
         return answer
 
     system = asked("condense", punch.condense)
-    limit = asked("shakedown limit", lambda: fo.shakedown_limit(system, _LOADS, _FRICTION))
-    asked("limit, nothing left out", lambda: fo.shakedown_limit(system, _LOADS, _FRICTION, simplify=False))
-    asked("safe slip", lambda: fo.safe_slip(system, _LOADS, _FRICTION, 0.9 * limit.load_factor))
+    limit = asked("shakedown limit", lambda: fo.shakedown_limit(system, LOADS, _FRICTION))
+    asked("limit, nothing left out", lambda: fo.shakedown_limit(system, LOADS, _FRICTION, simplify=False))
+    asked("safe slip", lambda: fo.safe_slip(system, LOADS, _FRICTION, 0.9 * limit.load_factor))
     if guaranteed:
-        asked("guaranteed limit", lambda: fo.guaranteed_limit(system, _LOADS, _FRICTION))
+        asked("guaranteed limit", lambda: fo.guaranteed_limit(system, LOADS, _FRICTION))
     if transients:
         for where, ratio in (("below", 0.9), ("above", 1.05)):
-            asked(f"steady state {where}", partial(fo.steady_state, system, _LOADS, _FRICTION, ratio * limit.load_factor))
+            asked(f"steady state {where}", partial(fo.steady_state, system, LOADS, _FRICTION, ratio * limit.load_factor))
     return rows
 
 

@@ -74,20 +74,10 @@ class Scene(Asked):
         super().__init__(case)
         self.n, self.rng = case.system.nodes, np.random.default_rng(case.seed)
 
-    @property
+    @cached_property
     def steady(self) -> fo.results.SteadyState:
         """The steady state, with everything left out that can be."""
-        if isinstance(self._steady, fo.FrictoptError):
-            raise self._steady
-        return self._steady
-
-    @cached_property
-    def _steady(self) -> fo.results.SteadyState | fo.FrictoptError:
-        """The same, or why there is none: a refusal may take long, and all questions meet it."""
-        try:
-            return fo.steady_state(*self.args, self.load_factor, initial_slip=self.case.start, most_cycles=_MOST)
-        except fo.FrictoptError as error:
-            return error
+        return fo.steady_state(*self.args, self.load_factor, initial_slip=self.case.start, most_cycles=_MOST)
 
     @cached_property
     def marched(self) -> fo.results.Trajectory:
