@@ -1,7 +1,7 @@
 """Error against run time: questions, methods that answer them, and the methods that no other one beats."""
 
 import importlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -89,11 +89,7 @@ def installed(name: str) -> Any:
 
 def measured(question: Question, repetitions: int) -> list[dict[str, Any]]:
     """One row per method whose package is installed: its error, its run time, and whether no other method beats it."""
-    rows = []
-    for method in question.methods:
-        if method.rival and installed(method.rival) is None:
-            continue
-        rows.append(_row(question, method, repetitions))
+    rows = [_row(question, method, repetitions) for method in question.methods if not method.rival or installed(method.rival)]
     front = not_dominated(np.array([row["seconds"] for row in rows]), np.array([max(row["error"], ROUNDING) for row in rows]))
     for row, on_front in zip(rows, front, strict=True):
         row["on_front"] = bool(on_front)
@@ -115,16 +111,8 @@ def not_dominated(seconds: np.ndarray[Any, Any], error: np.ndarray[Any, Any]) ->
 
 
 def _row(question: Question, method: Method, repetitions: int) -> dict[str, Any]:
-    named = {
-        "computation": question.computation,
-        "quantity": question.quantity,
-        "scene": question.scene,
-        "nodes": question.nodes,
-        "method": method.name,
-        "rival": method.rival,
-        "knob": method.knob,
-        "setting": method.setting,
-    }
+    named = {name: getattr(question, name) for name in ("computation", "quantity", "scene", "nodes")}
+    named |= {"method": method.name} | {name: getattr(method, name) for name in ("rival", "knob", "setting")}
     try:
         run = timed(method.run, repetitions)
         error = float(method.error(run.answer))
@@ -143,6 +131,6 @@ def _row(question: Question, method: Method, repetitions: int) -> dict[str, Any]
     }
 
 
-def absent(names: Iterable[str] = RIVALS) -> Iterator[str]:
+def absent() -> list[str]:
     """Rivals that are not installed."""
-    yield from (name for name in names if installed(name) is None)
+    return [name for name in RIVALS if installed(name) is None]

@@ -42,7 +42,7 @@ def error_against_time(parameters: Parameters) -> pd.DataFrame:
         for question in tqdm(questions(parameters), desc="error against time", disable=None):
             rows += measured(question, parameters.repetitions)
     table = pd.DataFrame(rows)
-    missing = list(absent())
+    missing = absent()
     table.attrs = {
         "machine": f"{machine()}, one thread used",
         "absent": missing,

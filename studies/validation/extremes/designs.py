@@ -1,8 +1,7 @@
 """The best profile for extreme input: a plain linear program asks the limit of the contact with the profile built in."""
 
 from collections.abc import Iterator
-from functools import partial
-from typing import Any
+from functools import cache
 
 import cvxpy as cp
 import numpy as np
@@ -32,16 +31,12 @@ def design_probes(sizes: Sizes) -> Iterator[Probe]:
 
 
 def _probe(extreme: str, value: str, system: fo.ContactSystem, friction: float, depth: float) -> Probe:
-    found: list[fo.results.Design] = []
-    return Probe(extreme, value, "best profile", partial(_ask, system, friction, depth, found), partial(_plain, friction, found), _LP)
+    @cache
+    def design() -> fo.results.Design:
+        model = fo.DesignModel(system, LOADS, profile=True)
+        return model.solve(friction, [cp.abs(model.profile) <= depth])
 
+    def plain() -> float | None:
+        return oracles.largest_load_factor(design().system, design().cycle, np.full(system.nodes, friction))
 
-def _ask(system: fo.ContactSystem, friction: float, depth: float, found: list[Any]) -> Answer:
-    model = fo.DesignModel(system, LOADS, profile=True)
-    found.append(design := model.solve(friction, [cp.abs(model.profile) <= depth]))
-    return Answer.of(design, design.load_factor)
-
-
-def _plain(friction: float, found: list[Any]) -> float | None:
-    design = found[-1]
-    return oracles.largest_load_factor(design.system, design.cycle, np.full(design.system.nodes, friction))
+    return Probe(extreme, value, "best profile", lambda: Answer.of(design(), design().load_factor), plain, _LP)

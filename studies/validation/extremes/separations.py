@@ -1,8 +1,7 @@
 """The limit with separation for extreme input, compared with a plain linear program for its open nodes."""
 
 from collections.abc import Iterator
-from functools import partial
-from typing import Any
+from functools import cache
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from .. import oracles
 from ..open_patterns import largest_with_open
 from .probes import Answer, Probe, Sizes
 
-_QUESTION, _LP = "limit with separation", "plain linear program with its open nodes, scipy"
+_LP = "plain linear program with its open nodes, scipy"
 
 
 def separation_probes(sizes: Sizes) -> Iterator[Probe]:
@@ -33,17 +32,10 @@ def _rounded(punch: fo.ContactSystem, size: float, force: float = 1.0, length: f
 
 
 def _probe(extreme: str, value: str, system: fo.ContactSystem, friction: float) -> Probe:
-    found: list[fo.results.SeparatedLimit] = []
-    return Probe(extreme, value, _QUESTION, partial(_ask, system, friction, found), partial(_plain, system, friction, found), _LP)
+    limit = cache(lambda: fo.separated_limit(system, LOADS, friction))
 
+    def plain() -> float | None:
+        claim = largest_with_open(system, LOADS, friction, np.tile(limit().open, (len(LOADS.corners), 1)), 4 * limit().load_factor)
+        return None if claim is None else claim[0]
 
-def _ask(system: fo.ContactSystem, friction: float, found: list[Any]) -> Answer:
-    limit = fo.separated_limit(system, LOADS, friction)
-    found.append(limit)
-    return Answer(limit.load_factor, limit.residual, limit.record.solver)
-
-
-def _plain(system: fo.ContactSystem, friction: float, found: list[Any]) -> float | None:
-    limit = found[-1]
-    claim = largest_with_open(system, LOADS, friction, np.tile(limit.open, (len(LOADS.corners), 1)), 4 * limit.load_factor)
-    return None if claim is None else claim[0]
+    return Probe(extreme, value, "limit with separation", lambda: Answer.of(limit(), limit().load_factor), plain, _LP)

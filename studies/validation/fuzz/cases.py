@@ -68,9 +68,8 @@ def random_case(seed: int, nodes: int | None = None) -> Case:
 
 def _stiffness(rng: np.random.Generator, nodes: int) -> tuple[Any, Any, Any]:
     """Blocks A, B, C: well and badly conditioned, coupled and not, held and free."""
-    if nodes in _MESHES and rng.random() < 0.3:
-        scenes = _MESHES[nodes]
-        return _meshed(nodes, int(rng.integers(scenes)))
+    if nodes in _MESHED and rng.random() < 0.3:
+        return _meshed(nodes, int(rng.integers(len(MATERIALS))))
     G = rng.normal(size=(2 * nodes, 2 * nodes))
     S = G @ G.T / (2 * nodes) + rng.choice([1.0, 0.1, 1e-3]) * np.eye(2 * nodes)
     coupling = rng.choice([0.0, 1e-7, 0.3, 0.7, 1.0], p=[0.1, 0.05, 0.35, 0.3, 0.2])
@@ -85,14 +84,14 @@ def _stiffness(rng: np.random.Generator, nodes: int) -> tuple[Any, Any, Any]:
     return S[:nodes, :nodes], S[nodes:, :nodes], S[nodes:, nodes:]
 
 
-_MESHES = {3: 3, 5: 3}  # numbers of nodes -> numbers of scenes of the paper
+_MESHED = 3, 5  # numbers of nodes of which the paper's scene is a contact, too
+MATERIALS = fo.Material(), fo.Material(100.0, 0.1), fo.Material(1e-2, 0.45)  # of its punch
 
 
 @cache
 def _meshed(nodes: int, which: int) -> tuple[Any, Any, Any]:
     """Stiffness of the paper's scene on a very coarse mesh, similar or dissimilar materials."""
-    materials = (fo.Material(), fo.Material(100.0, 0.1), fo.Material(1e-2, 0.45))
-    scene = fo.scenes.PunchOnHalfPlane(elements=nodes - 1, grading=3.0, growth=2.5, punch_material=materials[which], element="mean_dilatation")
+    scene = fo.scenes.PunchOnHalfPlane(elements=nodes - 1, grading=3.0, growth=2.5, punch_material=MATERIALS[which], element="mean_dilatation")
     system = scene.condense()
     return system.A, system.B, system.C
 

@@ -182,11 +182,7 @@ def _safe_start(known: Known) -> tuple[float, bool]:
     safe = known.answered_safe_slip
     system, cycle, friction = known.args
     resting = fo.LoadCycle(cycle.mean, [*cycle.corners, {}])  # with the mean load itself as a corner
-    if (
-        not safe.exists
-        or oracles.excess(system, resting, friction, known.load_factor, safe.slip) > -1e-6 * float(friction.min())
-        or not friction.all()
-    ):
+    if not safe.exists or oracles.excess(system, resting, friction, known.load_factor, safe.slip) > -1e-6 * float(friction.min()):
         return safe.residual, False
     steady = fo.steady_state(system, cycle, friction, known.load_factor, initial_slip=safe.slip)
     if steady.outcome is not fo.Outcome.SHAKEDOWN or not np.array_equal(steady.slip, safe.slip) or steady.first_cycle != 0.0:

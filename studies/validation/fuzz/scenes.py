@@ -10,11 +10,10 @@ import numpy as np
 import frictopt as fo
 from frictopt.reference import half_plane_influence
 
-from .cases import Case
+from .cases import MATERIALS, Case
 
 _SHARES = (0.8, 0.95, 1.05, 1.2, 1.5, 2.0, 4.0)
 _ELEMENTS = (16, 24, 40, 64, 96, 128)  # of a punch
-_MATERIALS = (fo.Material(), fo.Material(100.0, 0.1), fo.Material(1e-2, 0.45))
 
 
 def random_scene(seed: int, family: str | None = None) -> Case:
@@ -122,12 +121,12 @@ def _half_planes(rng: np.random.Generator) -> fo.ContactSystem:
 
 def _punch(rng: np.random.Generator) -> fo.ContactSystem:
     """The paper's scene, similar bodies or not, under pressure on all of its top, tension, shear, and pressure on half of its top."""
-    return _condensed(int(rng.choice(_ELEMENTS)), int(rng.integers(len(_MATERIALS))))
+    return _condensed(int(rng.choice(_ELEMENTS)), int(rng.integers(len(MATERIALS))))
 
 
 @cache
 def _condensed(elements: int, which: int) -> fo.ContactSystem:
-    scene = fo.scenes.PunchOnHalfPlane(elements=elements, growth=1.3, punch_material=_MATERIALS[which])
+    scene = fo.scenes.PunchOnHalfPlane(elements=elements, growth=1.3, punch_material=MATERIALS[which])
     system, model = scene.condense(), scene.model()
     mesh = model.bodies["punch"].mesh.with_boundaries({"half": lambda x: (x[1] == scene.punch_height) & (x[0] < 0)})
     tilted = replace(
