@@ -93,7 +93,7 @@ def _cycle(joint: Joint) -> fo.LoadCycle:
 
 def _fretting(joint: Joint, system: fo.ContactSystem) -> tuple[fo.results.SteadyState, pd.DataFrame]:
     """The steady state under the history itself, and its fretting table with the stress of body 2 at all corners."""
-    steady: Any = fo.steady_state(system, _cycle(joint), joint.friction, 1.0)
+    steady = fo.steady_state(system, _cycle(joint), joint.friction, 1.0)
     stress, strain = zip(*(fields.at_contact(2) for _, fields, _ in joint.model._over(steady, every=False)), strict=True)
     return steady, steady.fretting_table(stress=np.array(stress), strain=np.array(strain))
 

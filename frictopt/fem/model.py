@@ -191,7 +191,8 @@ class ContactModel(Shown, Viewed):
         if isinstance(loads, Steady):
             if slip is not None or gap is not None:
                 raise ModelError("slip, gap: the steady state has its own; leave them out, or give the loads of the state instead of it")
-            slip, gap, loads = loads.slip, loads.gap, loads.cycle.at(loads.load_factor)[-1]
+            steady: Any = loads
+            slip, gap, loads = steady.slip, steady.gap, steady.cycle.at(steady.load_factor)[-1]
         amplitudes, parts = checked_loads("loads", loads), self._parts
         if unknown := sorted(set(amplitudes) - set(self.loads)):
             raise ModelError(f"load case {unknown[0]!r}: unknown; this model has {sorted(self.loads)}")

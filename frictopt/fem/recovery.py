@@ -12,7 +12,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 from skfem import BilinearForm
 
-from ..contact import COUNTS, Array, LoadCycle, Plotted, Shown, finite_number, frozen, shown, whole_number
+from ..contact import COUNTS, Array, Plotted, Shown, finite_number, frozen, shown, whole_number
 from ..errors import ModelError, ModelWarning
 from .assembly import Assembly
 from .bodies import Body
@@ -30,16 +30,13 @@ _VTK = [_COMPONENTS.index(name) for name in ("xx", "yy", "zz", "xy", "yz", "xz")
 
 @runtime_checkable
 class Steady(Protocol):
-    """A steady state: its states, and the one at the last corner of its cycle."""
-
-    outcome: Any
-    cycle: LoadCycle
-    load_factor: float
-    slip: Array
-    gap: Array
+    """A steady state, by what it answers."""
 
     def states(self) -> Any:
         """Its states over the cycle."""
+
+    def fretting_table(self) -> Any:
+        """What frets in it."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
