@@ -12,9 +12,10 @@ import secrets
 import sys
 import time
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cache
+from itertools import chain
 from typing import Any
 
 import pandas as pd
@@ -30,8 +31,12 @@ from .differential import DIFFERENTIAL, differences
 from .scenes import random_scene
 from .space import SPACE, space_findings
 
-PARTS: Mapping[str, Mapping[str, Any]] = {"answers": CHECKS, "differential": DIFFERENTIAL, "space": SPACE}
-"""Part -> its questions."""
+PARTS: Mapping[str, tuple[Mapping[str, Any], Callable[[int], Iterator[Finding]]]] = {
+    "answers": (CHECKS, lambda seed: findings(random_case(seed))),
+    "differential": (DIFFERENTIAL, lambda seed: differences(random_scene(seed))),
+    "space": (SPACE, lambda seed: space_findings(seed)),
+}
+"""Part -> its questions, and what comes of them all for the case of a seed."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +60,7 @@ def _run(parameters: Parameters) -> pd.DataFrame:
         warnings.simplefilter("ignore", fo.ModelWarning)  # it asks odd questions on purpose
         for seed in tqdm(range(parameters.seed, parameters.seed + parameters.cases), desc="fuzzing", disable=None):
             start = time.perf_counter()
-            for finding in _findings(seed, parameters.parts):
+            for finding in chain.from_iterable(PARTS[part][1](seed) for part in parameters.parts):
                 rows.append({**asdict(finding), "seconds": time.perf_counter() - start})
                 start = time.perf_counter()
                 if finding.result == "wrong":
@@ -64,22 +69,13 @@ def _run(parameters: Parameters) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _findings(seed: int, parts: Sequence[str]) -> Iterator[Finding]:
-    if "answers" in parts:
-        yield from findings(random_case(seed))
-    if "differential" in parts:
-        yield from differences(random_scene(seed))
-    if "space" in parts:
-        yield from space_findings(seed)
-
-
 def counts(parameters: Parameters) -> pd.DataFrame:
     """One row per question."""
     by = _run(parameters).groupby("check")
     table = by.agg(cases=("seed", "size"), compared=("compared", "sum"), residual=("residual", "max"), seconds=("seconds", "sum"))
     results = ["answer", "ModelError", "NoContinuation", "SolverError", "wrong"]
     table[results] = by["result"].value_counts().unstack().reindex(columns=results)
-    table = table.reindex([check for part in parameters.parts for check in PARTS[part]]).fillna(0.0)
+    table = table.reindex([check for part in parameters.parts for check in PARTS[part][0]]).fillna(0.0)
     whole = table.drop(columns=["residual", "seconds"]).astype(int)
     table = table.assign(**whole).rename(columns={"answer": "answers"}).rename_axis("question").reset_index()
     return table[["question", *_COUNTS]]
