@@ -14,12 +14,13 @@ from ...errors import FrictoptError, SolverError
 from ..begin import OPEN
 from ..exact.kernel import increment
 from .increment import FrictionIncrement, Increment, Posed, force_scale
-from .newton import State, newton
+from .newton import State, Tangent, newton
 from .programs import FrozenBoundIncrement
 
 _NEWTON = SolveRecord("NEWTON")
 _REPEATS = 0.1  # motions differ by less, over the largest, from those of the cycle before
 _MORE = 0.2  # share of the nodes left that are open, from which on these are eliminated, too
+_MEMORY = 2**28  # bytes of factors that are kept for the next cycle
 _SCALES = (1.0, 10.0, 0.1, 100.0, 0.01)  # of the c and d of Newton's method, tried in this order
 
 
@@ -57,6 +58,7 @@ class NewtonIncrement(FrictionIncrement):
         super().__init__(system, friction)
         # of increments whose state sweeps did not reach, by their load and way: motions, and whether they are nearly those of the cycle before
         self._begun: dict[bytes, tuple[Array, bool]] = {}
+        self._tangents: dict[bytes, Tangent] = {}  # of these, within `_MEMORY`
         self._rest: _Rest | None = None  # of the last increment in which open nodes were eliminated
         self._landed = np.zeros(system.nodes, dtype=bool)  # nodes that closed again after that: these are never eliminated again
 
@@ -88,7 +90,7 @@ class NewtonIncrement(FrictionIncrement):
                 start = length * state.u
             posed = Posed(self, parted(u, axes)[0], parted(load, axes))
             last, repeats = self._begun.get(way, (np.full(u.shape, np.nan), False))
-            new = self._by_newton(posed, (last if repeats else start) / posed.length)
+            new = self._by_newton(posed, (last if repeats else start) / posed.length, way)
             new = new if new.record.residual <= RESIDUAL else self.solve(posed.slip, posed.bonded)
             before, u = u, joined(new.slip, new.gap - gap)
             moved = np.concatenate([(u - before)[:-n], new.gap])
@@ -122,9 +124,12 @@ class NewtonIncrement(FrictionIncrement):
         found = self._by_newton(posed, state.u)
         return found if found.record.residual <= RESIDUAL else self._otherwise(posed, found.record.residual)
 
-    def _by_newton(self, posed: Posed, start: Array) -> Increment:
+    def _by_newton(self, posed: Posed, start: Array, way: bytes = b"") -> Increment:
         start = start if np.isfinite(start).all() else np.zeros_like(start)
-        return posed.result(newton(self.law, posed.trial, start), _NEWTON)
+        state = newton(self.law, posed.trial, start, tangent=self._tangents.pop(way, None))
+        if way and state.tangent and sum(kept.factors.nbytes for kept in self._tangents.values()) < _MEMORY:
+            self._tangents[way] = state.tangent
+        return posed.result(state, _NEWTON)
 
     def _swept(self, u: Array, r: Array) -> tuple[State, Array]:
         """What sweeps make of motions u and reactions r, which they change; the reactions of the state are on the law, those beside it are exact."""

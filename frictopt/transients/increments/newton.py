@@ -22,6 +22,7 @@ from ..begin import OPEN, SLIP, STICK
 _NEWTON = 1e-2 * ROUNDING  # dimensionless errors of the law from which on Newton's method is done
 _STEPS = 60  # Newton steps for one increment at most
 _HALVINGS = 6  # of a step in the line search
+_AGAIN = 0.1  # of the error that a step with earlier factors leaves at most: else new ones gain more
 _GAIN = 0.25  # of the squared error by a step: where it falls by less, what is left is rounding
 
 
@@ -46,25 +47,36 @@ class Law:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """A claimed state, dimensionless: (M,) slip increments and gaps u, (M,) reactions r, (N,) status of the nodes, steps, and error of the law."""
+    """A claimed state, dimensionless: (M,) slip increments and gaps u, (M,) reactions r, (N,) status of the nodes, steps, and error of the law.
+
+    The tangent is that of the last step, for the same increment of the next cycle.
+    """
 
     u: Array
     r: Array
     status: NDArray[np.int8]
     steps: int
     error: float
+    tangent: "Tangent | None" = None
 
 
-def newton(law: Law, trial: Array, u: Array, most: int = _STEPS) -> State:
+def newton(law: Law, trial: Array, u: Array, most: int = _STEPS, tangent: "Tangent | None" = None) -> State:
     """The state that so many steps of Newton's method reach from motions u at most; whether it obeys the law is for the referee to say.
 
-    It makes none where the error of u is small enough already. What its piece of the law lets vanish is zero in it, and slipping nodes are on their
-    bound. In the plane slip against +x has the status -1.
+    It makes none where the error of u is small enough already. Where statuses stay, steps with the factors of an earlier one, which cost little, come
+    first. What its piece of the law lets vanish is zero in it, and slipping nodes are on their bound. In the plane slip against +x has the status -1.
     """
     best, steps = _piece(law, trial, u), 0
     while steps < most and best.error > _NEWTON:
+        if tangent and (tangent.status == best.status).all():
+            found = _piece(law, trial, best.u + tangent.step(best))
+            if found.error <= _AGAIN * best.error:
+                best = found
+                continue
+            if found.merit > _GAIN * best.merit and best.error <= STALLED:
+                break
         steps += 1
-        direction, share, found = _step(law, best), 1.0, best
+        (direction, tangent), share, found = _step(law, best), 1.0, best
         for _ in range(_HALVINGS):
             found = _piece(law, trial, best.u + share * direction)
             if found.merit < best.merit:
@@ -79,7 +91,7 @@ def newton(law: Law, trial: Array, u: Array, most: int = _STEPS) -> State:
     r = (best.r + law.S @ (u - best.u) if (u != best.u).any() else best.r).reshape(law.own.shape)
     r[:, best.status == OPEN] = 0.0
     r[:-1] = np.where(best.status == SLIP, law.friction * r[-1] * best.unit, r[:-1])
-    return State(u, r.ravel(), np.where(best.status == SLIP, sense, best.status).astype(np.int8), steps, best.error)
+    return State(u, r.ravel(), np.where(best.status == SLIP, sense, best.status).astype(np.int8), steps, best.error, tangent)
 
 
 class _Piece(NamedTuple):
@@ -97,6 +109,26 @@ class _Piece(NamedTuple):
     error_p: Array
     merit: float
     error: float
+
+    def errors(self, free: NDArray[np.intp]) -> Array:
+        """Errors of the law in motions that are free."""
+        return np.concatenate([self.error_q.ravel(), self.error_p])[free]
+
+
+class Tangent(NamedTuple):
+    """The factors of a step, in which some motions are free, for pieces with the same statuses."""
+
+    status: NDArray[np.int8]
+    free: NDArray[np.intp]
+    root: Array
+    factors: Array
+    pivots: NDArray[np.int32]
+
+    def step(self, piece: _Piece) -> Array:
+        """A step with these factors."""
+        step = -piece.u
+        step[self.free] = dgetrs(self.factors, self.pivots, -piece.errors(self.free) / self.root)[0] / self.root
+        return step
 
 
 def _piece(law: Law, trial: Array, u: Array) -> _Piece:
@@ -116,8 +148,11 @@ def _piece(law: Law, trial: Array, u: Array) -> _Piece:
     return _Piece(u, r, status, unit, radius / whole, error_q, error_p, merit, error)
 
 
-def _step(law: Law, piece: _Piece) -> Array:
-    """Newton's step on a piece: sticking and closed motions vanish, the others solve their equations; what nothing holds does not move."""
+def _step(law: Law, piece: _Piece) -> tuple[Array, Tangent | None]:
+    """Newton's step on a piece: sticking and closed motions vanish, the others solve their equations; what nothing holds does not move.
+
+    With its factors, where all is held.
+    """
     t, n = piece.unit.shape
     slip, opened = np.flatnonzero(piece.status == SLIP), np.flatnonzero(piece.status == OPEN)
     axes, s = range(t), len(slip)
@@ -125,7 +160,7 @@ def _step(law: Law, piece: _Piece) -> Array:
     step = -piece.u.copy()
     step[free] = 0.0
     if not len(free):
-        return step
+        return step, None
     (d, c), f, unit, shrink = law.own[-2:, slip], law.friction[slip], piece.unit[:, slip], piece.shrink[slip]
     m, ends = len(free), step != 0
     ends[t * n + slip] = False
@@ -140,12 +175,11 @@ def _step(law: Law, piece: _Piece) -> Array:
         for b in axes:
             rows[a * s + own, b * s + own] += d * shrink * across[a, b]
         rows[a * s + own, m + own] += f * unit[a] * c
-    errors = np.concatenate([piece.error_q[:, slip].ravel(), piece.error_q[:, opened].ravel(), piece.error_p[opened]])
     root = np.sqrt(law.own.ravel()[free])
-    matrix, right = rows[:, :m] / np.outer(root, root), (-errors - rows @ step[columns]) / root
+    matrix, right = rows[:, :m] / np.outer(root, root), (-piece.errors(free) - rows @ step[columns]) / root
     factors, pivots, singular = dgetrf(matrix)
     if not singular and dgecon(factors, np.abs(matrix).sum(axis=0).max())[0] > ROUNDING:
         step[free] = np.asarray(dgetrs(factors, pivots, right)[0]) / root
-    else:
-        step[free] = np.asarray(lstsq(matrix, right, cond=ROUNDING, lapack_driver="gelsy", check_finite=False)[0]) / root
-    return step
+        return step, Tangent(piece.status, free, root, factors, pivots)
+    step[free] = np.asarray(lstsq(matrix, right, cond=ROUNDING, lapack_driver="gelsy", check_finite=False)[0]) / root
+    return step, None
