@@ -186,13 +186,19 @@ class _Asked:
                 break
             least, most = (least, friction) if safe.margin >= 0 else (friction, most)
             step = -safe.margin / safe.friction_rate if safe.friction_rate > 0 else np.inf
-            if min(abs(step), most - least) <= RESIDUAL * friction:  # a hundredth of the share that the proof leaves
+            if abs(step) <= RESIDUAL * friction or most - least <= _PROVEN_FRICTION * friction:  # within the share that the proof leaves
                 break
             if not (max(least, _LEAST_FRICTION) < friction + step < most and abs(step) < before / 2):
                 step = (least + most) / 2 - friction
             friction, before = friction + step, abs(step)
         less = [share * friction for share in _LESS_FRICTION] if self.opens_below(friction) else []
-        return next((self.root(enough) for enough in less if self.proven(enough, True)), friction)
+        return next((self.root(enough) for enough in less if not self.too_little(enough) and self.proven(enough, True)), friction)
+
+    def too_little(self, friction: float) -> bool:
+        """Whether none is known to be safe with more friction and the nodes open that the mean load opens with this."""
+        unsafe = [safe.open for more, safe in self.found.items() if more > friction and not safe.exists]
+        rest = self._model._rest(self._model._posed(friction)) if unsafe else None
+        return bool(rest and rest.whole and any((known != rest.whole.closed).all() for known in unsafe))
 
     def opens_below(self, friction: float) -> bool:
         """Whether the mean load may open nodes with some of the lower frictions that are tried: not if all stay closed with the least of them."""

@@ -74,6 +74,9 @@ class SafeSlipModel(SafeModel):
     _opening: float | Array = -np.inf
     """Friction with which none is known to be; it is so with less."""
 
+    _left: tuple[bytes, LimitQuestion | None] = b"", None
+    """The question of what the mean load leaves closed, and the friction of which it was asked last."""
+
     _given = True
     load_factor: cp.Parameter
     """The load factor that is given, a cvxpy parameter for constraints of your own."""
@@ -128,9 +131,16 @@ class SafeSlipModel(SafeModel):
         unsafe = bool((task.friction <= self._opening).all())
         safe = None if own or unsafe else safe_of(task)  # own constraints may contradict each other where all nodes are closed
         if safe is None or not safe.exists:
-            rest = rest_under_mean(task) if unsafe or not self._closed_somewhere(task) else None
+            rest = self._rest(task) if unsafe or not self._closed_somewhere(task) else None
             safe = safe_of(rest) if rest else safe or safe_of(task)
         return safe
+
+    def _rest(self, task: LimitQuestion) -> LimitQuestion | None:
+        """See `rest_under_mean`."""
+        friction = task.friction.tobytes()
+        if friction != self._left[0]:
+            self._left = friction, rest_under_mean(task)
+        return self._left[1]
 
     def _closed_somewhere(self, task: LimitQuestion) -> bool:
         """Whether some slip is safe with all nodes closed at some load factor; it is taken to be so where that cannot be told."""
