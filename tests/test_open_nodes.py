@@ -1,6 +1,7 @@
 """Contacts that lift off somewhere under the mean load, against programs with all slips and gaps as unknowns, transients, and other ways to ask."""
 
 import warnings
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -233,3 +234,17 @@ def test_a_closed_node_without_friction_is_named_where_others_are_open():
     limit = fo.shakedown_limit(three, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), [0.5, 0.5, 0.0])
     assert limit.open.tolist() == [True, False, False] and limit.load_factor == 0.0
     assert "node 2 has no friction" in limit.reason and set(limit.mechanism["node"]) == {2}
+
+
+def test_where_no_solver_tells_the_margin_of_all_nodes_a_proof_that_none_is_safe_does(monkeypatch):
+    contact, friction = pulled_system(np.random.default_rng(6), 4), 0.5
+    safe_slip = import_module("frictopt.limits.safe_slip")
+    told, solve_margin = fo.safe_slip(contact, CYCLE, friction, 0.1), safe_slip.solve_margin
+
+    def without(task, load_factor, *rest):
+        if load_factor is not None and len(task.friction) == contact.nodes:
+            raise fo.SolverError("rounding")
+        return solve_margin(task, load_factor, *rest)
+
+    monkeypatch.setattr(safe_slip, "solve_margin", without)
+    assert told.open.any() and fo.safe_slip(contact, CYCLE, friction, 0.1).margin == told.margin

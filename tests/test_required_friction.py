@@ -6,6 +6,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
+from skfem import MeshQuad
 
 import frictopt as fo
 from frictopt.limits.required_friction import best_pressed
@@ -153,6 +154,29 @@ def test_faces_that_lock_themselves_need_slips_without_bound():
     assert "within the slip bound" in fo.required_friction(contact, cycle, 1.5, slip_bound=1.0).reason
     with pytest.raises(fo.SolverError, match=r"no slip is safe with 0\.838.*one of up to .* is with 0\.839.*give a smaller slip_bound"):
         fo.required_friction(contact, cycle, 1.5, slip_bound=1e5)
+
+
+def test_a_pad_that_rolls_on_its_flat_needs_more_than_one():
+    """Hardly anything resists a roll, so with all nodes closed no program tells how far they are pressed; those at rest tell enough."""
+    x, steel = np.linspace(-1.2, 1.2, 21), fo.Material(E=115e3, nu=0.33)
+    block = MeshQuad.init_tensor(np.r_[-6, -3, x, 3, 6], np.r_[-6, -3, -1, -0.3, 0]).with_boundaries(
+        {"contact": lambda x: (x[1] == 0) & (abs(x[0]) < 1.2), "bottom": lambda x: x[1] == -6}
+    )
+    square = MeshQuad.init_tensor(x, np.linspace(0, 1, 7))
+    arc = (50 - np.sqrt(2500 - square.p[0] ** 2)) * (1 - square.p[1])
+    pad = MeshQuad(np.array([square.p[0], arc + 4 * square.p[1]]), square.t).with_boundaries(
+        {"contact": lambda x: x[1] < 0.1, "top": lambda x: x[1] == 4}
+    )
+    upright = fo.Pressure("pad", "top", lambda x, y: -48 * x / 2.4**3)
+    contact = fo.ContactModel(
+        {"pad": fo.Body(pad, steel), "block": fo.Body(block, steel)},
+        supports=[fo.Support("block", "bottom")],
+        loads={"P": [fo.Pressure("pad", "top", 500 / 2.4)], "Q": [fo.Traction("pad", "top", x=1 / 2.4), upright]},
+        contacts=[fo.Contact("pad", "block", gap="measured")],
+    ).condense()
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 100.0}, {"Q": -100.0}])
+    required = fo.required_friction(contact, cycle, 2.0)
+    assert required.required > 1 and straddles(contact, cycle, 2.0, required)
 
 
 def test_it_is_proven_from_both_sides(punch, paper_cycle):

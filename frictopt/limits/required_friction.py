@@ -1,5 +1,6 @@
 """The least friction with which a load factor is safe."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
@@ -110,9 +111,10 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     alike = np.ptp(held + sheared, axis=0).max() <= RESIDUAL * max(np.abs(held).max(), np.abs(sheared).max())
     none_needed = alike and asked.proven(0.0, True)  # else no slip takes the shear off at all corners
     if not (none_needed or asked.proven(most, True)):
+        less, most = (_LESS_FRICTION if asked.opens_below(most) else ()), asked.enough(_MORE_FRICTION if asked.opened else ())
+    if most == np.inf:
         pressed, record = best_pressed(system, cycle, load_factor, slip_bound)
-        tried = (() if pressed.impossible and not asked.opened else _MORE_FRICTION) + (_LESS_FRICTION if asked.opens_below(most) else ())
-        most = next((friction for friction in tried if asked.proven(friction, True)), np.inf)
+        most = asked.enough((() if pressed.impossible or asked.opened else _MORE_FRICTION) + less)
         if pressed.impossible and most == np.inf:
             mechanism, record = pressed.motion.table(system, cycle.corner_names), replace(record, seconds=perf_counter() - started)
             nodes, unsafe, task = mechanism["node"].unique(), np.full(system.slip_shape, np.nan), replace(task, friction=task.friction * np.inf)
@@ -199,6 +201,10 @@ class _Asked:
         unsafe = [safe.open for more, safe in self.found.items() if more > friction and not safe.exists]
         rest = self._model._rest(self._model._posed(friction)) if unsafe else None
         return bool(rest and rest.whole and any((known != rest.whole.closed).all() for known in unsafe))
+
+    def enough(self, frictions: Sequence[float]) -> float:
+        """The first of these frictions with which a safe slip is proven; inf if none is."""
+        return next((friction for friction in frictions if self.proven(friction, True)), np.inf)
 
     def opens_below(self, friction: float) -> bool:
         """Whether the mean load may open nodes with some of the lower frictions that are tried: not if all stay closed with the least of them."""

@@ -129,7 +129,12 @@ class SafeSlipModel(SafeModel):
             return solve_margin(task, load_factor, self._solver, program)
 
         unsafe = bool((task.friction <= self._opening).all())
-        safe = None if own or unsafe else safe_of(task)  # own constraints may contradict each other where all nodes are closed
+        try:
+            safe = None if own or unsafe else safe_of(task)  # own constraints may contradict each other where all nodes are closed
+        except SolverError:  # a slip that hardly anything resists, as a roll, can hide the margin, and not that none is safe
+            if self._closed_somewhere(task):
+                raise
+            safe, unsafe = None, True
         if safe is None or not safe.exists:
             rest = self._rest(task) if unsafe or not self._closed_somewhere(task) else None
             safe = safe_of(rest) if rest else safe or safe_of(task)
