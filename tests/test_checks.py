@@ -89,3 +89,8 @@ def test_an_error_message_is_short():
 def test_what_stands_in_place_of_numbers_is_told_what_to_be(values, remedy):
     with pytest.raises(fo.ModelError, match=f"values: .*{remedy}"):
         checks.real_array("values", values)
+
+
+def test_friction_by_the_names_of_contacts_is_told_how_to_be_one_for_each_node():
+    with pytest.raises(fo.ModelError, match=r"friction: a dict; .*np\.where\(system\.contact == "):
+        checks.per_node("friction", {"head": 0.15}, 4)

@@ -128,7 +128,8 @@ def test_the_table_takes_fields_and_the_worst_of_several_cycles():
 
 @refused(
     ({"fields": []}, "fields: give fields"),
-    ({"fields": [1.0]}, "fields: "),
+    ({"fields": [1.0]}, "fields: give fields"),
+    ({"fields": 1.0}, "fields: give fields .*or the model itself"),
     ({"fields": [[]]}, "fields: give fields"),
     ({"fields": [[]], "stress": [[0.0] * 4], "strain": [[0.0] * 4]}, "fields, stress: both"),
 )

@@ -78,6 +78,10 @@ def real_array(name: str, values: object) -> Array:
 
 def per_node(name: str, values: object, nodes: int, negative: str = "") -> Array:
     """Check real, finite numbers, one for all nodes or one for each, and return them as (N,); none below 0 where a text says why not."""
+    if isinstance(values, Mapping):
+        raise ModelError(
+            f"{name}: a {type(values).__name__}; give one number, or one for each node, as `np.where(system.contact == 'head', 0.15, 0.3)`"
+        )
     array = finite_array(name, values)
     if array.shape not in ((), (nodes,)):
         raise ModelError(f"{name}: shape {array.shape}; give one number, or one for each of the {nodes} nodes")

@@ -193,6 +193,8 @@ class ContactModel(Shown, Viewed):
                 raise ModelError("slip, gap: the steady state has its own; leave them out, or give the loads of the state instead of it")
             steady: Any = loads
             slip, gap, loads = steady.slip, steady.gap, steady.cycle.at(steady.load_factor)[-1]
+        if slip is None:
+            raise ModelError("slip: None; give the slip (and the gap) of the state under these loads, or a steady state instead of the loads")
         amplitudes, parts = checked_loads("loads", loads), self._parts
         if unknown := sorted(set(amplitudes) - set(self.loads)):
             raise ModelError(f"load case {unknown[0]!r}: unknown; this model has {sorted(self.loads)}")

@@ -236,7 +236,11 @@ class DesignModel(SafeModel):
         if excess.bound > RESIDUAL:
             ruling = [name for name in program.own.names if name in excess.ruling]
             safe = "no design is safe at any load factor" if excess.ruling - set(program.own.names) else "they contradict each other"
-            raise ModelError(f"{', '.join(ruling)}: {safe} under these constraints; drop or relax one" if ruling else f"constraints: {safe}")
+            if not ruling:
+                raise ModelError(
+                    f"preloads: {safe} with all nodes closed; press nodes that are open, or ask `shakedown_limit` of designs of your own"
+                )
+            raise ModelError(f"{', '.join(ruling)}: {safe} under these constraints; drop or relax one")
         growth = is_unbounded(program.problem, self._solver)
         if growth is None or excess.value > RESIDUAL:
             return

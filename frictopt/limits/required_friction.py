@@ -111,10 +111,10 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     alike = np.ptp(held + sheared, axis=0).max() <= RESIDUAL * max(np.abs(held).max(), np.abs(sheared).max())
     none_needed = alike and asked.proven(0.0, True)  # else no slip takes the shear off at all corners
     if not (none_needed or asked.proven(most, True)):
-        less, most = (_LESS_FRICTION if asked.opens_below(most) else ()), asked.enough(_MORE_FRICTION if asked.opened else ())
+        shares, most = (_LESS_FRICTION if asked.opens_below(most) else ()), asked.enough(_MORE_FRICTION if asked.opened else ())
     if most == np.inf:
         pressed, record = best_pressed(system, cycle, load_factor, slip_bound)
-        most = asked.enough((() if pressed.impossible or asked.opened else _MORE_FRICTION) + less)
+        most = asked.enough((() if pressed.impossible or asked.opened else _MORE_FRICTION) + shares)
         if pressed.impossible and most == np.inf:
             mechanism, record = pressed.motion.table(system, cycle.corner_names), replace(record, seconds=perf_counter() - started)
             nodes, unsafe, task = mechanism["node"].unique(), np.full(system.slip_shape, np.nan), replace(task, friction=task.friction * np.inf)

@@ -86,7 +86,7 @@ def _damping_curve(curve: DampingCurve, ax: AxesArray | None = None) -> AxesArra
         axes.set_xscale("log")
     if curve.load_factor[-1] < _PLAIN * curve.load_factor[0]:
         damping.xaxis.set(major_locator=LogLocator(subs=(1, 2, 3, 5, 7)), major_formatter=ScalarFormatter(), minor_formatter=NullFormatter())
-    frequency.axhline(curve.natural_frequency, color=GREY, lw=0.6, zorder=0)
+    frequency.axhline(curve.natural_frequency, color=GREY, lw=0.6, zorder=0, label="glued contact")
     frequency.set_ylabel("frequency (cycles per time)")
     damping.set(xlabel=r"load factor $\lambda$", ylabel=r"damping ratio $\zeta$")
     legend(frequency)

@@ -64,8 +64,8 @@ def worst_planes(fields: object, side: int, weights: Mapping[str, float]) -> dic
     ModelError
         No such fields.
     """
-    tensors, given = "tensors_at_contact", listed("fields", fields)
-    cycles = [given] if given and hasattr(given[0], tensors) else [listed("fields", cycle) for cycle in given]
+    tensors, given = "tensors_at_contact", listed("fields", fields if np.iterable(fields) else [])
+    cycles = [given] if given and hasattr(given[0], tensors) else [listed("fields", cycle if np.iterable(cycle) else []) for cycle in given]
     if not cycles or not all(len(cycle) > 1 and all(hasattr(state, tensors) for state in cycle) for cycle in cycles):
         raise ModelError("fields: give fields of ContactModel.recover at two states of a cycle or more, a list of such lists, or the model itself")
     found = [_columns(cycle, side, weights) for cycle in cycles]
