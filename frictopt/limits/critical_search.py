@@ -123,18 +123,14 @@ class CriticalSearch:
         self._solver, self.records = solver, list[SolveRecord]()
         self._compiled: dict[Aim, tuple[cp.Problem, cp.Problem]] = {}
 
-    def solve(self, safe: SafeSet, state: CriticalState, ends: tuple[float, float], found: float, *, expect_solution: bool) -> NodeClaim:
+    def solve(self, safe: SafeSet, state: CriticalState, ends: tuple[float, float], found: float) -> NodeClaim:
         """The claim of one node that passes its checks, of a contact that is safe between two load factors; or that it is not below the one `found`.
-
-        Whether the node is `expect_solution` to be critical anywhere decides only which of the problems comes first.
 
         Raises
         ------
         SolverError
             No solver gave an answer that passes.
         """
-        if not expect_solution and (denied := self._proof_of_absence(safe, state)):
-            return denied
         program = self._program(safe, state, Aim.LEAST)
         claim = self._solved(lambda: _claimed(program, state, found), program, lambda: self._proof_of_absence(safe, state))
         least, step = ends[0], _COINCIDE * min(safe.task.load_unit, ends[1] - ends[0])  # small beside the interval of safe load factors

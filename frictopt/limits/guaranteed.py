@@ -119,7 +119,6 @@ class GuaranteedModel(SafeModel):
         how[imaged] = IMAGE
         bounds = load_factor_bounds(safe) if self._asked.simplify else np.zeros(n)
         best: NodeClaim | None = None
-        expected = True  # that nodes can be critical
         # where the pressure is little, nodes are nearly critical
         pressure = task.r0[:, -1].min(axis=0) + task.change(np.nan_to_num(task.own(shakedown.slip)))[1]
         for node in sorted(np.flatnonzero(both & ~imaged).tolist(), key=lambda i: (float(bounds[i]), float(pressure[i]))):
@@ -128,8 +127,7 @@ class GuaranteedModel(SafeModel):
                 continue
             for state in states[node]:
                 ends, below = (shakedown.least, shakedown.load_factor), least_found if self._asked.simplify else np.inf
-                claim = self._search.solve(safe, state, ends, below, expect_solution=expected and bounds[node] > 0)
-                expected = expected and bool(np.isfinite(claim.load_factor))
+                claim = self._search.solve(safe, state, ends, below)
                 if claim.load_factor < least[node] or state is states[node][0]:
                     least[node], how[node] = claim.load_factor, claim.how
                 if claim.load_factor < least_found:
