@@ -7,8 +7,7 @@ cycle. With `min c'y` over the `s = h - A y` in cones, whose multipliers z are i
 
 so that whatever the number of cones there is one dense matrix, one product and one Cholesky factorisation, see `Condensed`. Their errors are
 corrected in the equations on the left. The steps are those of Mehrotra on the homogeneous embedding, which also finds that there is no optimum
-(Andersen, Roos & Terlaky 2003). As a factorisation costs more than many solutions, the curvature is met again on the way that it has made, as long
-as that makes the step longer (Carpenter, Lustig, Mulvey & Shanno 1993).
+(Andersen, Roos & Terlaky 2003).
 """
 
 from dataclasses import dataclass
@@ -33,7 +32,6 @@ _MENDED = 100 * _ENOUGH  # work of the cones from which on the errors of a step,
 _WAITING = 5  # steps near an optimum that do not halve the least error after which rounding is all that is left
 _NEARLY = 1e-7  # errors up to which it ends where rounding leaves no further step, for others to judge, and of a proof that there is no optimum
 _NO_OPTIMUM = 1e-12  # tau over kappa up to which there is no optimum, and rounding is all that the proof lacks
-_AGAIN = 2  # times that the curvature is met again at most
 _STAY = 0.98  # share of the way to the boundary of the cones
 
 
@@ -120,11 +118,6 @@ def _solved(program: Condensed, cones: Cones) -> tuple[str, Array, Array, int]:
         ahead = newton.direction()
         share = (1 - min(1.0, newton.longest(ahead))) ** 3
         way = newton.direction(share, ahead)
-        for _ in range(_AGAIN):
-            again = newton.direction(share, way)
-            if not newton.longest(again) > newton.longest(way):
-                break
-            way = again
         at = at.moved(way, min(1.0, _STAY * newton.longest(way)))
     if least > _NEARLY:
         raise ArithmeticError("rounding leaves no step towards an optimum")
