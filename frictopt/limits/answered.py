@@ -118,10 +118,6 @@ class Mechanism:
             rows += [row(case, cycle.corner_names[k], amplitude, self.moves[k], load_factor) for case, amplitude in corner.items()]
         return pd.DataFrame(rows, columns=["load", "part", "amplitude", "rate"])
 
-    def interference_rate(self, system: ContactSystem) -> Array:
-        """(N,) rate of the limit with an interference at each node (for a mechanism of unit drive)."""
-        return np.asarray(system.S[-system.nodes :] @ self.moves.sum(axis=0).ravel())
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Answered(Recorded, Plotted):
@@ -235,5 +231,5 @@ class Rated(Proven):
 
         NaN where `load_rates` are. For a load case that is an interference see also `load_rates`.
         """
-        rate = self._motion.interference_rate(self.system)
+        rate = self.system.S[-self.system.nodes :] @ self._motion.moves.sum(axis=0).ravel()
         return frozen(rate if self._rated else np.full_like(rate, np.nan))

@@ -51,17 +51,13 @@ def lines_or_band(
     """Draw (K, N) values as a line for each corner; of more corners than there are looks, the ruling ones as lines and all of them as a band."""
     if len(values) > len(SERIES):
         label: str | None = f"{names[0].partition(',')[0] + ', ' if names[0].startswith('$') else ''}all {len(values)} corners"
-        known = np.isfinite(values)
-        low, high = (np.where(known.any(axis=0), end(values, axis=0, where=known, initial=start), np.nan) for end, start in _EXTREMES)
+        low, high = np.fmin.reduce(values), np.fmax.reduce(values)  # NaN counts where all are
         for _, nodes in parts(system):
             ax.fill_between(system.x[nodes], low[nodes], high[nodes], color=band, alpha=0.35, lw=0.6, label=label)
             label = None
     for corner, look in looks(len(values), ruling).items():
         own = {"color": look["color"], "linestyle": look["linestyle"], "marker": ".", "markersize": 3, **more}
         lines(ax, system, values[corner], label=names[corner], **own)
-
-
-_EXTREMES = (np.min, np.inf), (np.max, -np.inf)
 
 
 def looks(corners: int, ruling: Sequence[int] = ()) -> dict[int, Look]:

@@ -1,6 +1,5 @@
 """Pictures of transients: their loops, their history, what each node does in them, and what is left of them in the steady state."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -130,10 +129,12 @@ def _trajectory(path: Trajectory, ax: AxesArray | None = None) -> AxesArray:
     slip, q = (values.reshape(*path.gap.shape, tangents)[:, nodes] for values in (path.slip, path.q))
     for axis, axes in enumerate(sides):
         number = f"_{axis + 1}" if tangents == 2 else ""
-        loops(axes, slip[..., axis], q[..., axis], names)
+        for node, name in enumerate(names):
+            v, shear, color = slip[:, node, axis], q[:, node, axis], series(node)["color"]
+            axes.plot(v, shear, label=name, **line(node))
+            axes.plot(v[-1:], shear[-1:], color=color, marker="o", markersize=4, label="last state" if node == 0 else None)
+            below.plot(path.time, v, color=color, linestyle=series(node if tangents == 1 else axis)["linestyle"])
         axes.set(xlabel=f"slip $v{number}$ (length)", ylabel=f"shear force $q{number}$ (force{per_depth})")
-        for node, values in enumerate(slip[..., axis].T):
-            below.plot(path.time, values, color=series(node)["color"], linestyle=series(node if tangents == 1 else axis)["linestyle"])
         if tangents == 2:
             below.plot([], [], color=BLACK, linestyle=series(axis)["linestyle"], label=f"$v{number}$, colours as above")
     sides[0].set_title("nodes with the most work of friction" if path.work[-1].any() else "no node slips")
@@ -214,14 +215,6 @@ def _slip_and_work(above: Axes, below: Axes, steady: SteadyState, **look: Any) -
     lines(below, steady.system, steady.dissipation_per_node, **look, **_DOTS)
     above.set_ylabel("slip range (length)")
     below.set_ylabel("work of friction per cycle\n(force times length per depth)")
-
-
-def loops(axes: Axes, slip: Array, force: Array, names: Sequence[str]) -> None:
-    """Draw (T, M) forces against slips, each node with a mark at its last state."""
-    for number, name in enumerate(names):
-        axes.plot(slip[:, number], force[:, number], label=name, **line(number))
-        last = "last state" if number == 0 else None
-        axes.plot(slip[-1:, number], force[-1:, number], color=series(number)["color"], marker="o", markersize=4, label=last)
 
 
 def corners_visited(path: Trajectory) -> str:
