@@ -9,7 +9,7 @@ import numpy as np
 from ..contact import PERIODIC, REPEATED, RESIDUAL, Outcome, parted
 from ..errors import NoContinuation, SolverError
 from .begin import Cycle, Transient
-from .judge import at_rest, distance_left, fixed_point, limit_of, slips, work_error
+from .judge import at_rest, distance_left, fixed_point, limit_of, slips, stops_elsewhere, work_error
 
 _NEAR = 100 * PERIODIC  # the affine map is also tested where it moves by so little: other events may begin that near to the extrapolated limit
 _AFFINE = 1e-3  # largest deviation from an affine map, over the change, that is accepted: a new event changes it by more
@@ -19,7 +19,7 @@ _CLOSE = 1e-2  # distance of a fixed point, in slip scales, from which on it is 
 _GAIN = 4  # ratio of the changes in returns from one extrapolated fixed point and the next
 _PATIENT, _MOST = 60, 6  # cycles of a transient for each more extrapolation in turn until the changes fall so, for many nodes turn, and how many
 _SAME = 3e-8  # difference of the works at fixed points from two states of a transient, over their sum, up to which these are one
-_LATER, _TOLD = 1e-2, 1e-5  # error of a work whose last events are yet to come, over its distance (0.2 % in random contacts), and the largest taken
+_LATER, _TOLD = 1e-2, 1e-5  # error of a work whose last events are yet to come, over its distance (0.4 % in random contacts), and the largest taken
 _BETWEEN = (0.5, 0.1)  # shares of the way from the fixed point to the last state
 _MORE = 30  # cycles followed until the work repeats
 _DIES_OUT = 0.5  # error of a work, over itself, from which on all of it may die out: slow decay has an error of 1, known to some per cent
@@ -226,6 +226,7 @@ class Run:
             return None
         last, patience, self.tried = self.last[-1], min(1 + len(self.works) // _PATIENT, _MOST), self.tried + 1
         limit = fixed_point(np.array([(one.before, one.after) for one in self.last]))
+        limit = np.where(np.abs(last.after - last.before) <= REPEATED, last.after, limit)  # what sticks by now stays where it is
         if np.abs(limit - last.after).max() > _CLOSE:
             return None
         self.pause, changes, returns, turns = _LEAST * patience, [last.change], list[Cycle](), 1
@@ -245,7 +246,7 @@ class Run:
             return None
         apart = np.abs(proving.work - earlier.work)
         self.aside = float(apart.sum() / (proving.work.sum() or 1.0))
-        seen = (proving.work <= none).all() or all(one.events == proving.events for one in self.last[-_LEAST:])
+        seen = (proving.work <= none).all() or not stops_elsewhere(self.last[-_LEAST:], proving, none)
         self.later = 0.0 if seen else turns * _LATER * float(np.abs(last.work - proving.work).sum() / proving.work.sum())
         self.pause = max(_LEAST * turns, (self.later > _TOLD) * len(self.works) // 4)
         return (proof, proving) if (apart <= _SAME * proving.work.sum() + none).all() and self.later <= _TOLD else None

@@ -12,6 +12,7 @@ from .begin import Cycle, Transient
 # A node's pressure below this share of the mean one is too little to judge its slip by: its bounds have the error of an answer.
 _LITTLE = 100 * RESIDUAL
 _AFFINE_FIT = 1e3 * RESIDUAL  # deviation of a state from the linear map fitted to all states: the fit divides by small differences
+_AHEAD = 0.9  # cosine between the last slip of a node and its way to the limit, from which on it goes there
 _SAFE = RESIDUAL / 10  # excess over the friction bound, in force scales, of a safe slip: a part of the same residual
 
 
@@ -64,6 +65,17 @@ def work_error(path: Transient, cycles: Sequence[Cycle], slow: float) -> float:
     by_works = distance_left(steps, REPEATED * works[-1]) if steps else np.inf
     by_works = max(steps) if np.isinf(by_works) and len(steps) > 1 else by_works
     return min(by_change, by_works) / works[-1]
+
+
+def stops_elsewhere(last: Sequence[Cycle], limit: Cycle, none: Array) -> bool:
+    """Whether a node that slips in the last cycles, and in that of their limit does no more work than `none`, may stop before the limit or beyond.
+
+    Until it stops, it goes on as it did: there are no other events in the last cycles, and its way to the limit has the direction of its last slip.
+    """
+    stops, end = (limit.work <= none) & (np.array([cycle.work for cycle in last]) > none).any(axis=0), last[-1]
+    way, slip = (part.reshape(-1, len(none))[:, stops] for part in (limit.after - end.after, end.after - end.before))
+    ahead = (way * slip).sum(axis=0) >= _AHEAD * np.linalg.norm(way, axis=0) * np.linalg.norm(slip, axis=0)
+    return bool(stops.any()) and not (ahead.all() and all(cycle.events == limit.events for cycle in last))
 
 
 def returns_after(path: Transient, cycle: Cycle) -> int:
