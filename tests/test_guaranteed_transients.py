@@ -17,7 +17,7 @@ def test_random_systems(nodes, seed):
     contact = random_system(rng, nodes, loads=("mean", "a", "b"))
     cycle = fo.LoadCycle({"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in rng.normal(size=(nodes, 2))])
     check = fo.guaranteed_limit(contact, cycle, 0.4).verify(starts=500)
-    assert check.dies_out and check.persists and check.undecided == 0 and len(check.counterexamples) == 0
+    assert check.dies_out and check.persists and check.undecided == 0 and len(check.counterexamples) == 0 and "wedge" not in check.limit.reason
     runs = check.runs
     assert len(runs) == len(check.starts) == 506 and (runs.share < 1).sum() == 500
     assert set(runs.start) == {"witness", "moved witness", "vertex", "beyond vertex", "random"}
@@ -48,6 +48,19 @@ def test_a_witness_that_is_none_does_not_persist():
     fake = replace(limit, slip=fo.safe_slip(contact, CYCLE, 0.6, limit.shakedown.load_factor * 0.9).slip)
     check = fake.verify(starts=0)
     assert not check.persists and check.dies_out and len(check.runs) == 6
+
+
+@pytest.mark.parametrize("tangents", [1, 2])
+def test_a_node_above_its_critical_friction_may_wedge_itself(tangents):
+    """Shear +- lam, held by f (1 + B v): at lam = f without slip both bounds are met; above it slips v >= (lam - f) / (f B - 1) relieve both."""
+    S, still = np.eye(tangents + 1), [0.0] * (tangents - 1)
+    S[0, -1] = S[-1, 0] = 0.8
+    node = fo.ContactSystem(S, [[0.0] * (tangents + 1)], {"P": [0.0, *still, 1.0], "Q": [1.0, *still, 0.0]})
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    limit = fo.guaranteed_limit(node, cycle, friction=2.0)
+    assert limit.load_factor == pytest.approx(2.0, rel=1e-9) and limit.shakedown.load_factor == np.inf and "wedge itself" in limit.reason
+    assert tangents == 2 or not limit.verify(starts=0).persists  # increments in space may jump to another state that obeys the law
+    assert fo.safe_slip(node, cycle, 2.0, 2.2).slip.ravel()[0] >= 0.2 / 0.6 - 1e-9
 
 
 def test_rounding_of_a_rigid_slide_is_no_stiffness(punch, paper_cycle):

@@ -16,6 +16,7 @@ from .critical_search import LEFT_OUT, NodeClaim
 from .shakedown_result import ShakedownLimit
 
 IMAGE, ONE_CORNER, NOT_NEEDED, OPEN = "mirror image", "one corner alone rules", "not needed", "open"
+_WEDGED = "; friction is above the critical value A/|B| of the node, which may wedge itself so that all slip stops above the limit, too"
 _LIFTING = "; starts from which nodes open and close in every cycle may slip for ever below it"
 _LEFT_OUT = {
     NOT_NEEDED: "need no program: lambda_1 is lambda_2, for the contact is uncoupled (B = 0) or no load factors lie between",
@@ -41,7 +42,8 @@ class GuaranteedLimit(Rated):
         from which nodes open and close in every cycle may slip for ever below the limit.
     proven
         Whether it is a theorem that slip stops from every start at load factors between `least` and the limit: for uncoupled contacts (Klarbring,
-        Ciavarella & Barber 2007), and where nothing is safe. Otherwise the limit is an upper bound of the load factor up to which that holds.
+        Ciavarella & Barber 2007), and where nothing is safe. Otherwise the limit is an upper bound of the load factor up to which that holds, unless
+        friction is above the critical value A/|B| of `node`: such a node may wedge itself, and all slip stop above the limit, too (`reason` says so).
     slip
         (N,) or (N, 2) the witness: safe at the limit, with `node` critical, length. If no node is critical below lambda_2, the safe slip at lambda_2.
         NaN where the limit is not finite. `largest_slip` is its size: a start of this size must be possible for the witness to matter.
@@ -223,7 +225,8 @@ def _why(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, coi
     if best is not None:
         any_load = "" if best.above is None else f" at any load factor next above {least:.6g}"
         bounds, unloaded = _bounds(best, shakedown._task.cycle.corner_names), _unloaded(best) * (not shakedown._task.fixed)
-        return f"{shakedown._opened}node {best.state.node} is {bounds}{any_load}{under}{unloaded}{alone}"
+        wedged = _WEDGED * _wedges(shakedown, best.state.node)
+        return f"{shakedown._opened}node {best.state.node} is {bounds}{any_load}{under}{unloaded}{wedged}{alone}"
     if shakedown.kind is not LimitKind.FINITE:
         return shakedown.reason + alone
     why = "the contact is uncoupled (B = 0)" if uncoupled else "no node is critical below it"
@@ -236,6 +239,13 @@ def _bounds(best: NodeClaim, names: Sequence[str]) -> str:
     if best.slip.ndim == 1:
         return f"on its bound of forward slip at the corner {first[0]} and of backward slip at {last}"
     return f"on its bound at the corners {', '.join(first)} and {last}, from where it can slip {'around' if len(first) > 1 else 'to and fro'}"
+
+
+def _wedges(shakedown: ShakedownLimit, node: int) -> bool:
+    """Whether friction is above the critical value of a node, in space perhaps: then one slip may relieve all its bounds."""
+    *own, normal = (axis * shakedown.system.nodes + node for axis in range(shakedown.system.tangents + 1))
+    S, friction = shakedown.system.S, shakedown.friction[node]
+    return bool(friction * np.linalg.norm(S[normal, own]) > np.linalg.eigvalsh(S[np.ix_(own, own)])[0])
 
 
 def _unloaded(best: NodeClaim) -> str:

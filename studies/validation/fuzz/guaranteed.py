@@ -90,6 +90,9 @@ def followed(known: Known) -> tuple[float, bool]:
             raise fo.NoContinuation("all transients from next to the witness end before they have an outcome; lower the friction")
         if _persists_next_to(known, limit, [1.2 * limit.load_factor]):
             return limit.residual, True
+        A, B, friction = (np.diag(known.case.system.A), np.diag(known.case.system.B), known.case.friction)
+        if (friction * np.abs(B) > A)[limit.node]:  # one slip relieves both its bounds: it may wedge itself
+            raise NotAsked
         raise Wrong(f"dies out above the limit {limit.load_factor:.6g}: {check.runs['outcome'].to_list()}")
     return limit.residual, check.undecided < len(check.runs)
 
