@@ -1,4 +1,5 @@
 from functools import cache
+from importlib import import_module
 
 import cvxpy as cp
 import numpy as np
@@ -269,15 +270,21 @@ def test_less_friction_is_enough_with_the_node_that_it_leaves_open():
     assert mean[3] < 1.2 * S[3, 3] and "residual slip alone presses node 1" in pressed.reason and "separated_limit" not in opened.reason
 
 
-def test_less_friction_is_enough_with_a_node_that_is_pressed_until_it_slips():
+def test_less_friction_is_enough_with_a_node_that_is_pressed_until_it_slips(monkeypatch):
     """Glued, the mean load presses both nodes, by 0.29 and 0.08. With a friction of 0.1 node 0 slips open, so 1 rests alone; with 0.3 both close."""
     S = np.array([[0.67, -0.19, 0.1, -0.35], [-0.19, 0.43, 0.12, -0.26], [0.1, 0.12, 0.32, -0.13], [-0.35, -0.26, -0.13, 0.87]])
     mean, corners = np.array([1.53, 0.36, 0.29, 0.08]), np.array([[-0.76, 1.11, 0.61, -0.2], [-0.69, 0.35, 0.71, 0.42]])
     contact = fo.ContactSystem(S, [[0, 0], [1, 0]], {"P": mean} | {str(k): r for k, r in enumerate(corners)})
-    required = fo.required_friction(contact, fo.LoadCycle({"P": 1.0}, [{"0": 1.0}, {"1": 1.0}]), 0.05)
+    required = fo.required_friction(contact, cycle := fo.LoadCycle({"P": 1.0}, [{"0": 1.0}, {"1": 1.0}]), 0.05)
     assert required.required == pytest.approx(by_slips(S, mean + 0.05 * corners, 1, np.linspace(-4, 4, 800_001)), rel=1e-3)
     assert required.open.tolist() == [True, False]
     assert required.reason == "no residual slip is safe with a little less: see the mechanism"
+
+    def lost(*_):
+        raise fo.SolverError("no state")
+
+    monkeypatch.setattr(import_module("frictopt.limits.safe_slip"), "rest_under_mean", lost)  # then that of all nodes closed stands
+    assert fo.required_friction(contact, cycle, 0.05).required == pytest.approx(brute_force(contact, cycle, 0.05), rel=1e-5)
 
 
 def test_a_node_in_space_needs_the_radius_of_the_smallest_circle_around_its_shears():

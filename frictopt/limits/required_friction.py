@@ -197,9 +197,12 @@ class _Asked:
         return next((self.root(enough) for enough in less if not self.too_little(enough) and self.proven(enough, True)), friction)
 
     def too_little(self, friction: float) -> bool:
-        """Whether none is known to be safe with more friction and the nodes open that the mean load opens with this."""
+        """Whether none is known to be safe with more friction and the nodes open that the mean load opens with this, or that cannot be told."""
         unsafe = [safe.open for more, safe in self.found.items() if more > friction and not safe.exists]
-        rest = self._model._rest(self._model._posed(friction)) if unsafe else None
+        try:
+            rest = self._model._rest(self._model._posed(friction)) if unsafe else None
+        except SolverError:  # of the way to the mean load: no slip would be proven to be safe
+            return True
         return bool(rest and rest.whole and any((known != rest.whole.closed).all() for known in unsafe))
 
     def enough(self, frictions: Sequence[float]) -> float:
