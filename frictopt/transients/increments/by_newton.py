@@ -127,7 +127,7 @@ class NewtonIncrement(FrictionIncrement):
     def _by_newton(self, posed: Posed, start: Array, way: bytes = b"") -> Increment:
         start = start if np.isfinite(start).all() else np.zeros_like(start)
         state = newton(self.law, posed.trial, start, tangent=self._tangents.pop(way, None))
-        if way and state.tangent and sum(kept.factors.nbytes for kept in self._tangents.values()) < _MEMORY:
+        if way and state.tangent and sum(kept.factors.nbytes for kept in (state.tangent, *self._tangents.values())) <= _MEMORY:
             self._tangents[way] = state.tangent
         return posed.result(state, _NEWTON)
 
