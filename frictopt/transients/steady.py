@@ -40,8 +40,8 @@ def steady_state(
     and the last state show that the map is affine for all states to come. The transient then goes on from it, and what is reported is what the cycles
     from there do. In increments slips turn, and the map is not affine: there one extrapolation follows the other until a cycle comes back. Its
     state is accepted if cycles from the transient and from between come closer to it, and if a later state of the transient leads to the same work
-    but for 3e-8 of it; `work_error` tells what that may come to in all later cycles. The state may come back after two cycles (`period`), or its slip
-    may drift by the same amount in each return.
+    but for 3e-8 of it; `work_error` estimates what that comes to in all later cycles and is no bound. The state may come back after two cycles
+    (`period`), or its slip may drift by the same amount in each return.
 
     Shakedown needs a slip that is safe at every corner. If nodes lift off or have no friction, a periodic state without work of
     friction also counts (at each node at most the work of a slip of 1e-9 slip scales under its own largest pressure). Theory, eq. (14).
