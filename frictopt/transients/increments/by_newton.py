@@ -14,7 +14,7 @@ from ...errors import FrictoptError, SolverError
 from ..begin import OPEN
 from ..exact.kernel import increment
 from .increment import FrictionIncrement, Increment, Posed, force_scale
-from .newton import State, Tangent, newton
+from .newton import Factors, State, newton
 from .programs import FrozenBoundIncrement
 
 _NEWTON = SolveRecord("NEWTON")
@@ -58,7 +58,7 @@ class NewtonIncrement(FrictionIncrement):
         super().__init__(system, friction)
         # of increments whose state sweeps did not reach, by their load and way: motions, and whether they are nearly those of the cycle before
         self._begun: dict[bytes, tuple[Array, bool]] = {}
-        self._tangents: dict[bytes, Tangent] = {}  # of these, within `_MEMORY`
+        self._factors: dict[bytes, Factors] = {}  # of these, within `_MEMORY`
         self._rest: _Rest | None = None  # of the last increment in which open nodes were eliminated
         self._landed = np.zeros(system.nodes, dtype=bool)  # nodes that closed again after that: these are never eliminated again
 
@@ -126,9 +126,9 @@ class NewtonIncrement(FrictionIncrement):
 
     def _by_newton(self, posed: Posed, start: Array, way: bytes = b"") -> Increment:
         start = start if np.isfinite(start).all() else np.zeros_like(start)
-        state = newton(self.law, posed.trial, start, tangent=self._tangents.pop(way, None))
-        if way and state.tangent and sum(kept.factors.nbytes for kept in (state.tangent, *self._tangents.values())) <= _MEMORY:
-            self._tangents[way] = state.tangent
+        state = newton(self.law, posed.trial, start, factors=self._factors.pop(way, None))
+        if way and state.factors and sum(kept.lu.nbytes for kept in (state.factors, *self._factors.values())) <= _MEMORY:
+            self._factors[way] = state.factors
         return posed.result(state, _NEWTON)
 
     def _swept(self, u: Array, r: Array) -> tuple[State, Array]:

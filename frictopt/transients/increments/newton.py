@@ -49,7 +49,7 @@ class Law:
 class State:
     """A claimed state, dimensionless: (M,) slip increments and gaps u, (M,) reactions r, (N,) status of the nodes, steps, and error of the law.
 
-    The tangent is that of the last step, for the same increment of the next cycle.
+    The factors are those of the last step, for the same increment of the next cycle.
     """
 
     u: Array
@@ -57,10 +57,10 @@ class State:
     status: NDArray[np.int8]
     steps: int
     error: float
-    tangent: "Tangent | None" = None
+    factors: "Factors | None" = None
 
 
-def newton(law: Law, trial: Array, u: Array, most: int = _STEPS, tangent: "Tangent | None" = None) -> State:
+def newton(law: Law, trial: Array, u: Array, most: int = _STEPS, factors: "Factors | None" = None) -> State:
     """The state that so many steps of Newton's method reach from motions u at most; whether it obeys the law is for the referee to say.
 
     It makes none where the error of u is small enough already. Where statuses stay, steps with the factors of an earlier one, which cost little, come
@@ -68,15 +68,15 @@ def newton(law: Law, trial: Array, u: Array, most: int = _STEPS, tangent: "Tange
     """
     best, steps = _piece(law, trial, u), 0
     while steps < most and best.error > _NEWTON:
-        if tangent and (tangent.status == best.status).all():
-            found = _piece(law, trial, best.u + tangent.step(best))
+        if factors and (factors.status == best.status).all():
+            found = _piece(law, trial, best.u + factors.step(best))
             if found.error <= _AGAIN * best.error:
                 best = found
                 continue
             if found.merit > _GAIN * best.merit and best.error <= STALLED:
                 break
         steps += 1
-        (direction, tangent), share, found = _step(law, best), 1.0, best
+        (direction, factors), share, found = _step(law, best), 1.0, best
         for _ in range(_HALVINGS):
             found = _piece(law, trial, best.u + share * direction)
             if found.merit < best.merit:
@@ -91,7 +91,7 @@ def newton(law: Law, trial: Array, u: Array, most: int = _STEPS, tangent: "Tange
     r = (best.r + law.S @ (u - best.u) if (u != best.u).any() else best.r).reshape(law.own.shape)
     r[:, best.status == OPEN] = 0.0
     r[:-1] = np.where(best.status == SLIP, law.friction * r[-1] * best.unit, r[:-1])
-    return State(u, r.ravel(), np.where(best.status == SLIP, sense, best.status).astype(np.int8), steps, best.error, tangent)
+    return State(u, r.ravel(), np.where(best.status == SLIP, sense, best.status).astype(np.int8), steps, best.error, factors)
 
 
 class _Piece(NamedTuple):
@@ -115,19 +115,19 @@ class _Piece(NamedTuple):
         return np.concatenate([self.error_q.ravel(), self.error_p])[free]
 
 
-class Tangent(NamedTuple):
+class Factors(NamedTuple):
     """The factors of a step, in which some motions are free, for pieces with the same statuses."""
 
     status: NDArray[np.int8]
     free: NDArray[np.intp]
     root: Array
-    factors: Array
+    lu: Array
     pivots: NDArray[np.int32]
 
     def step(self, piece: _Piece) -> Array:
         """A step with these factors."""
         step = -piece.u
-        step[self.free] = dgetrs(self.factors, self.pivots, -piece.errors(self.free) / self.root)[0] / self.root
+        step[self.free] = dgetrs(self.lu, self.pivots, -piece.errors(self.free) / self.root)[0] / self.root
         return step
 
 
@@ -148,7 +148,7 @@ def _piece(law: Law, trial: Array, u: Array) -> _Piece:
     return _Piece(u, r, status, unit, radius / whole, error_q, error_p, merit, error)
 
 
-def _step(law: Law, piece: _Piece) -> tuple[Array, Tangent | None]:
+def _step(law: Law, piece: _Piece) -> tuple[Array, Factors | None]:
     """Newton's step on a piece: sticking and closed motions vanish, the others solve their equations; what nothing holds does not move.
 
     With its factors, where all is held.
@@ -180,6 +180,6 @@ def _step(law: Law, piece: _Piece) -> tuple[Array, Tangent | None]:
     factors, pivots, singular = dgetrf(matrix)
     if not singular and dgecon(factors, np.abs(matrix).sum(axis=0).max())[0] > ROUNDING:
         step[free] = np.asarray(dgetrs(factors, pivots, right)[0]) / root
-        return step, Tangent(piece.status, free, root, factors, pivots)
+        return step, Factors(piece.status, free, root, factors, pivots)
     step[free] = np.asarray(lstsq(matrix, right, cond=ROUNDING, lapack_driver="gelsy", check_finite=False)[0]) / root
     return step, None
