@@ -45,6 +45,8 @@ def embedded(flat: fo.ContactSystem, rng: np.random.Generator, across: Any = Non
 class Embedded(Asked):
     """A plane case of the random ones, and the same contact in space."""
 
+    none = 0.0
+
     def __init__(self, seed: int) -> None:
         super().__init__(random_case(seed))
         self.rng = np.random.default_rng(seed)

@@ -11,8 +11,6 @@ import frictopt as fo
 from .. import oracles
 from .cases import Case
 
-_NONE = 1e-6  # limits up to this count as none to be below of
-
 
 class Wrong(Exception):
     """An answer that an independent one contradicts."""
@@ -25,6 +23,7 @@ class NotAsked(Exception):
 class Asked:
     """A case, its units, and the limit that frictopt finds."""
 
+    none = 1e-6  # limits up to this count as none to be below of
     options: ClassVar[Mapping[str, Any]] = {}  # of transients
 
     def __init__(self, case: Case) -> None:
@@ -58,7 +57,7 @@ class Asked:
     @property
     def finite(self) -> bool:
         """Whether there is a limit to be below or above of."""
-        return self.value is not None and bool(np.isfinite(self.value)) and self.value > _NONE
+        return self.value is not None and bool(np.isfinite(self.value)) and self.value > self.none
 
     @property
     def load_factor(self) -> float:

@@ -27,6 +27,7 @@ _FEW = 3  # nodes at most, of which every one is made critical
 class _Subject(Asked):
     """A random coupled contact with its load cycle, friction and slip."""
 
+    none = 0.0
     options: ClassVar[Mapping[str, Any]] = {"steps": 2}
 
     def __init__(self, seed: int) -> None:
