@@ -161,6 +161,7 @@ BAD = {
     "at index (0, 0); give integers from -2 to 47": {"unknowns": ROWS + 0.5},
     "unknowns: shape (4, 2), expected (24, 2)": {"unknowns": ROWS[:4]},
     "held: 10000 at index 0": {"held": [10000]},
+    "loads['a']: acts on rows in `held` alone": {"loads": {"a": np.isin(np.arange(K.shape[0]), GOOD["held"]) * 1.0}},
     "bonded: no load case": {"loads": {}},
     "pairs: none": {"pairs": np.zeros((0, 2))},
     f"pairs: the relative motion of pair 4, of node {PAIRS[2, 0]} of body 1, follows from those of other pairs or from supports; leave it": {

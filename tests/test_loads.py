@@ -1,5 +1,7 @@
 """Loads, plane stress and axisymmetry against closed forms."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from skfem import MeshQuad
@@ -8,6 +10,7 @@ import frictopt as fo
 from refused import refused
 
 STEEL = fo.Material(E=3.0, nu=0.3)
+TOP = [fo.Support("upper", "top", "y")]
 
 
 def column(kinematics="plane_strain", loads=None, supports=(), half=1.0, material=STEEL, element=None):
@@ -242,12 +245,25 @@ def test_loads_add_up_to_their_integrals():
     (lambda: column(loads={"P": [fo.Pressure("upper", "none")]}), r"loads\['P'\]: boundary 'none' is unknown"),
     (lambda: column(loads={"P": [fo.BodyForce("none", y=1.0)]}), "body 'none' is unknown"),
     (lambda: column(loads={"P": [fo.Displacement("upper", "top", y=1.0)]}), "moves nodes in y that no support holds"),
+    (lambda: column(supports=TOP), r"loads\['P'\]: acts on boundary 'top' of body 'upper' only where supports .*'top', directions='y'"),
+    (lambda: column("axisymmetric", {"P": [fo.Pressure("upper", "top")]}, TOP), "load another boundary, or hold less"),
     (lambda: column("axisymmetric", half=-1.0), "x is the radius, >= 0"),
     (lambda: cylinders(loads=[fo.Displacement("lower", "end", x=0.1)], directions="xy"), "'lower'.* moves nodes by 0.1 off the axis, x = 0"),
     (lambda: column("axisymmetric", loads={"P": [fo.Centrifugal("upper", 1.0, centre=(1.0, 0.0))]}), "spin about their axis"),
 )
 def test_bad_loads_are_refused(make):
     make()
+
+
+def test_a_held_load_beside_one_that_is_felt_changes_nothing():
+    pull, held = fo.Traction("upper", "side", x=1.0), fo.Pressure("upper", "top")
+    upper = column().bodies["upper"]
+    sided = fo.Body(upper.mesh.with_boundaries({"side": lambda x: x[0] == 1.0}), STEEL)
+    bonded = []
+    for parts in ([pull], [pull, held], [pull, fo.Displacement("upper", "top", y=0.0)]):
+        model = column(supports=TOP, loads={"P": [fo.BodyForce("upper", y=1.0)]})
+        bonded.append(replace(model, bodies={**model.bodies, "upper": sided}, loads={"P": parts}).condense().bonded["P"])
+    assert np.array_equal(bonded[0], bonded[1]) and np.array_equal(bonded[0], bonded[2])
 
 
 @pytest.mark.parametrize("grading", [1.0, 1e4])

@@ -59,7 +59,7 @@ class Assembly:
         kinematics: Kinematics,
     ) -> None:
         self.bodies, cuts = cut_bodies(bodies, sections, kinematics)
-        self.kinematics = kinematics
+        self.kinematics, self.supports = kinematics, supports
         meshes = [body.mesh for body in self.bodies.values()]
         first = np.cumsum([0, *(mesh.p.shape[1] for mesh in meshes)]).tolist()
         self.first_node = dict(zip(bodies, first, strict=False))
@@ -221,7 +221,21 @@ class Assembly:
                     f"{argument}: a displacement moves both bodies at {place(self.points[following[i]])}, in different ways; give one to both"
                 )
             moved[rows] = np.where(given[rows], moved[rows], follow)
-        return self.tied.T @ forces, moved, np.array(list(amounts.values()))[self.contact]
+        forces = self.tied.T @ forces
+        self._check_felt(argument, parts, forces)
+        return forces, moved, np.array(list(amounts.values()))[self.contact]
+
+    def _check_felt(self, argument: str, parts: Sequence[Load], forces: Array) -> None:
+        """Check that supports do not take all of a load case of boundaries where it acts."""
+        named = [(part.body, part.boundary) for part in parts if isinstance(part, Traction | Pressure)]
+        felt, most = np.abs(forces[self.rows[self.free_rows != -1]]).max(initial=0.0), np.abs(forces).max()
+        if len(named) == len(parts) and felt <= ROUNDING * most and most > 0:
+            own = [support for support in self.supports if support.body in dict(named)]
+            where = " and ".join(f"{name!r} of body {body!r}" for body, name in named)
+            raise ModelError(
+                f"{argument}: acts on boundary {where} only where supports hold it against the force, {own}, so that nothing else feels it; load "
+                "another boundary, or hold less"
+            )
 
     def _move(self, argument: str, part: Displacement, moved: Array, given: Array) -> None:
         """Enter a displacement into those of all unknowns; `given` says which have one."""

@@ -131,6 +131,9 @@ def condense(
     frames = frames_of(directions)
     apart = checked_gap(gap, x, x - P @ where, frames[:, -1], same_point(where))
     F = {name: finite_array(f"loads[{name!r}]", force, K.shape[:1]) for name, force in checked_cases("loads", loads, "nodal forces").items()}
+    for name, force in F.items():
+        if force.any() and not np.delete(force, np.asarray(held, dtype=np.intp)).any():
+            raise ModelError(f"loads[{name!r}]: acts on rows in `held` alone, so nothing feels it; load others, or hold fewer")
     if d == 2:
         check_course(x, frames, names)
         width = half_widths(x, names) if width is None else width

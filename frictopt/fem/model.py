@@ -59,7 +59,8 @@ class ContactModel(Shown, Viewed):
     ------
     ModelError
         A body or boundary that is unknown, contacts of the same name, faces that do not meet (see `Contact`) or are all corners of other contacts,
-        flat facets of two bodies that lie on each other in no contact, a load case without loads, meshes that do not fit each other or kinematics.
+        flat facets of two bodies that lie on each other in no contact, a load case without loads or one that supports take where it
+        acts, meshes that do not fit each other or kinematics.
 
     Examples
     --------

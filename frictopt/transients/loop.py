@@ -24,7 +24,8 @@ class LoadLoop(Shown, Plotted):
         (T,) number of nodes that slip: until the next event (path), or over the increment that ends here.
     area
         Area of the loop, force times length (per depth): the work that the load case does over these states. Over a steady cycle the areas of all
-        load cases add up to the work of friction; where one load case alone varies, its area is that work.
+        load cases add up to the work of friction; where one load case alone varies, its area is that work. In increments they fall short of it, by
+        nodes that slip in a part of an increment only, and the work is the better of the two; with more `steps` both come together.
     stiffness
         Secant stiffness: range of the amplitude over that of the displacement; inf where nothing moves.
 

@@ -39,7 +39,7 @@ class SteadyState(Recorded, Plotted):
         0 for the exact path. In increments, the estimated error in time of the dissipation, over itself: the largest of the differences from what a
         half and a quarter of the increments give (inf where these have no steady state, or there are none), and of the work that is in doubt within
         the increments at whose ends alone the law is obeyed: 1 at rest where a node may slide before it opens, for increments do not count that.
-        Errors of contacts in a plane, whose exact path is known, were at most 5 times larger; it is no bound.
+        Errors of contacts in a plane, whose exact path is known, were at most 5 times larger; it is no bound. They may be tens of times smaller.
     period
         Load cycles after which the state comes back, or its drift repeats: 1 or 2.
     system, cycle, friction, load_factor
