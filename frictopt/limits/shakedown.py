@@ -167,7 +167,8 @@ class ShakedownModel(SafeModel):
         if under:
             v.own.save()
         if limit.kind is not LimitKind.NO_SAFE_SLIP and limit.objective is None:
-            limit = with_least_load(limit, v, solver)
+            plain = limit.kind is LimitKind.FINITE and not v.own.rows and limit._task.violation(0.0, limit.slip) <= RESIDUAL
+            limit = replace(limit, least=0.0) if plain else with_least_load(limit, v, solver)
         if limit.kind is LimitKind.FINITE:  # in space the limit is what its slip carries
             v.load_factor.save_value(np.array(limit.load_factor / v.task.load_unit))
         return limit
