@@ -329,7 +329,7 @@ FAULTS = (
     Fault("transients/cycles.py", "events that are yet to come move no fixed point", "self.aside, self.later)", "self.aside)", "spatial_cycles"),
     Fault("transients/cycles.py", "nodes that stick go on to the limit", "<= REPEATED, last.after, limit)", "< 0.0, last.after, limit)",
           "spatial_cycles"),
-    Fault("transients/judge.py", "nodes that stop do so at the limit", "not (ahead.all() and all(", "not (all(", "spatial_cycles"),
+    Fault("transients/judge.py", "nodes that stop do so at the limit", "(ahead.all() and all(", "(all(", "spatial_cycles"),
     Fault("transients/judge.py", "what happens to others stops no node elsewhere", "and all(cycle.events == limit.events", "and all(True",
           "spatial_cycles"),
     Fault("transients/exact/kernel.py", "work by the pressure before", "0.5 * (before + r[nodes + node])", "before",

@@ -285,23 +285,3 @@ def test_less_friction_is_enough_with_a_node_that_is_pressed_until_it_slips(monk
 
     monkeypatch.setattr(import_module("frictopt.limits.safe_slip"), "rest_under_mean", lost)  # then that of all nodes closed stands
     assert fo.required_friction(contact, cycle, 0.05).required == pytest.approx(brute_force(contact, cycle, 0.05), rel=1e-5)
-
-
-def test_a_node_in_space_needs_the_radius_of_the_smallest_circle_around_its_shears():
-    """Three shears of size 1, 120 degrees apart, and a mean shear that slip takes away; pressed by 2: f = 1 / 2, at half the load a quarter."""
-    node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 2], "X": [1, 0, 0], "Y": [0, 1, 0]})
-    angles = 2 * np.pi * np.arange(3) / 3
-    cycle = fo.LoadCycle({"P": 1.0, "X": 0.7}, [{"X": float(np.cos(a)), "Y": float(np.sin(a))} for a in angles])
-    for load_factor, expected in ((1.0, 0.5), (0.5, 0.25)):
-        required = fo.required_friction(node, cycle, load_factor)
-        assert required.required == pytest.approx(expected, rel=1e-5) and required.bound < required.required
-        q, p = required.reactions
-        assert (np.hypot(q[..., 0], q[..., 1]) <= required.required * p * (1 + 1e-9)).all()
-    assert required.slip.shape == (1, 2) and {"slip1", "slip2"} <= set(required.to_frame()) & set(required.mechanism)
-
-
-def test_no_friction_is_enough_in_space_for_a_node_that_the_load_opens():
-    pulled = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "N": [0, 0, -1]})
-    answer = fo.required_friction(pulled, fo.LoadCycle({"P": 1.0}, [{"N": 1.0}, {"N": -1.0}]), 2.0)
-    assert answer.required == np.inf and "open one of 1 nodes (at (0, 0, 0))" in answer.reason
-    assert answer.mechanism[["node", "corner", "slip1", "slip2"]].to_numpy().tolist() == [[0, 0, 0, 0]]

@@ -150,8 +150,7 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
         closed = ", all nodes closed" * (asked.slip_opens and not asked.may_open)
         why = f"no residual slip{within} is safe with {'a little ' * asked.may_open}less{closed}: see the mechanism"
     attempts = enough.record.attempts + too_little.record.attempts * (too_little is not enough)
-    residual, seconds = max(enough.residual, too_little.residual), perf_counter() - started
-    record = replace(enough.record, attempts=attempts, residual=residual, seconds=seconds)
+    record = replace(enough.record, attempts=attempts, residual=max(enough.residual, too_little.residual), seconds=perf_counter() - started)
     required = root * (1 + step) if bound > 0 else 0.0
     return RequiredFriction(load_factor, enough.slip, record, enough._task, required, bound, mechanism, why)
 

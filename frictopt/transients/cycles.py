@@ -9,7 +9,7 @@ import numpy as np
 from ..contact import PERIODIC, REPEATED, RESIDUAL, Outcome, parted
 from ..errors import NoContinuation, SolverError
 from .begin import Cycle, Transient
-from .judge import at_rest, distance_left, fixed_point, limit_of, slips, stops_elsewhere, work_error
+from .judge import at_rest, distance_left, fixed_point, limit_of, slips, work_error, work_to_come
 
 _NEAR = 100 * PERIODIC  # the affine map is also tested where it moves by so little: other events may begin that near to the extrapolated limit
 _AFFINE = 1e-3  # largest deviation from an affine map, over the change, that is accepted: a new event changes it by more
@@ -246,8 +246,7 @@ class Run:
             return None
         apart = np.abs(proving.work - earlier.work)
         self.aside = float(apart.sum() / (proving.work.sum() or 1.0))
-        seen = (proving.work <= none).all() or not stops_elsewhere(self.last[-_LEAST:], proving, none)
-        self.later = 0.0 if seen else turns * _LATER * float(np.abs(last.work - proving.work).sum() / proving.work.sum())
+        self.later = turns * _LATER * work_to_come(self.last[-_LEAST:], proving, none)
         self.pause = max(_LEAST * turns, (self.later > _TOLD) * len(self.works) // 4)
         return (proof, proving) if (apart <= _SAME * proving.work.sum() + none).all() and self.later <= _TOLD else None
 

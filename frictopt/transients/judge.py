@@ -67,15 +67,18 @@ def work_error(path: Transient, cycles: Sequence[Cycle], slow: float) -> float:
     return min(by_change, by_works) / works[-1]
 
 
-def stops_elsewhere(last: Sequence[Cycle], limit: Cycle, none: Array) -> bool:
-    """Whether a node that slips in the last cycles, and in that of their limit does no more work than `none`, may stop before the limit or beyond.
+def work_to_come(last: Sequence[Cycle], limit: Cycle, none: Array) -> float:
+    """Distance of the last cycle's work from that of the limit, over that, if a node may stop before the limit or beyond it; else 0.
 
-    Until it stops, it goes on as it did: there are no other events in the last cycles, and its way to the limit has the direction of its last slip.
+    A node stops that slips in the last cycles, and in that of their limit does no more work than `none`. Until it does, it goes on as before: there
+    are no other events in the last cycles, and its way to the limit has the direction of its last slip.
     """
     stops, end = (limit.work <= none) & (np.array([cycle.work for cycle in last]) > none).any(axis=0), last[-1]
     way, slip = (part.reshape(-1, len(none))[:, stops] for part in (limit.after - end.after, end.after - end.before))
     ahead = (way * slip).sum(axis=0) >= _AHEAD * np.linalg.norm(way, axis=0) * np.linalg.norm(slip, axis=0)
-    return bool(stops.any()) and not (ahead.all() and all(cycle.events == limit.events for cycle in last))
+    if not stops.any() or (limit.work <= none).all() or (ahead.all() and all(cycle.events == limit.events for cycle in last)):
+        return 0.0
+    return float(np.abs(end.work - limit.work).sum() / limit.work.sum())
 
 
 def returns_after(path: Transient, cycle: Cycle) -> int:
