@@ -237,12 +237,6 @@ def test_damaged_files_are_refused(squares, name, old, new, said):
         fo.read_calculix(squares / "job")
 
 
-def test_a_force_on_nodes_that_the_deck_holds_is_refused(squares):
-    (squares / "job.inp").write_text(SQUARES + "*BOUNDARY\nRIGHT, 1, 3\n")
-    with pytest.raises(fo.ModelError, match="nodal on 'RIGHT': the job holds these nodes against it, so nothing feels it; load others"):
-        fo.MatrixJob((whole := fo.read_calculix(squares / "job")).K[:8, :8], whole.labels[:8], whole.deck).force("RIGHT", nodal=[1.0, 0.0])
-
-
 LACKS = {
     "node set 'N_CONTACT': unknown, or it has no nodes; this deck names": lambda job: job.force("N_CONTACT", pressure=1.0),
     "3 and 2 nodes": lambda job: job.pairs("LEFT", "RIGHT"),

@@ -209,8 +209,8 @@ class MatrixJob(LabelledMatrix):
         ------
         ModelError
             None or several of the four, nodes that no facet of the outline joins, values that are not finite, axisymmetric elements (in which codes
-            count forces per angle in ways of their own); a force on held displacements alone, or on one of which neither the matrix nor the deck
-            says where it goes, such as that of a tied node. See `nodes` too.
+            count forces per angle in ways of their own); a force on a displacement of which neither the matrix nor the deck says where it goes, such
+            as that of a tied node. See `nodes` too.
 
         Examples
         --------
@@ -236,8 +236,6 @@ class MatrixJob(LabelledMatrix):
             forces[:, :d] = share * finite_array(name, value, (d,)) / (share.sum() if name == "total" else 1.0)
         present, values = rows >= 0, np.zeros(len(self.labels))
         values[rows[present]] = deck.constraints.passed_on(forces, present, deck.numbers)[present]
-        if forces.any() and not values.any():
-            raise ModelError(f"force: {name} on {shown(where)}: the job holds these nodes against it, so nothing feels it; load others, or hold less")
         return frozen(values)
 
     def _integrals(self, nodes: Integers) -> Array:
