@@ -43,7 +43,7 @@ class GuaranteedLimit(Rated):
     proven
         Whether it is a theorem that slip stops from every start at load factors between `least` and the limit: for uncoupled contacts (Klarbring,
         Ciavarella & Barber 2007), and where nothing is safe. Otherwise the limit is an upper bound of the load factor up to which that holds, unless
-        friction is above the critical value A/|B| of `node`: such a node may wedge itself, and all slip stop above the limit, too (`reason` says so).
+        friction is above the critical value `A/|B|` of `node`: such a node may wedge itself, and all slip stop above it, too (`reason` says so).
     slip
         (N,) or (N, 2) the witness: safe at the limit, with `node` critical, length. If no node is critical below lambda_2, the safe slip at lambda_2.
         NaN where the limit is not finite. `largest_slip` is its size: a start of this size must be possible for the witness to matter.

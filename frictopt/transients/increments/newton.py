@@ -177,9 +177,9 @@ def _step(law: Law, piece: _Piece) -> tuple[Array, Factors | None]:
         rows[a * s + own, m + own] += f * unit[a] * c
     root = np.sqrt(law.own.ravel()[free])
     matrix, right = rows[:, :m] / np.outer(root, root), (-piece.errors(free) - rows @ step[columns]) / root
-    factors, pivots, singular = dgetrf(matrix)
-    if not singular and dgecon(factors, np.abs(matrix).sum(axis=0).max())[0] > ROUNDING:
-        step[free] = np.asarray(dgetrs(factors, pivots, right)[0]) / root
-        return step, Factors(piece.status, free, root, factors, pivots)
+    lu, pivots, singular = dgetrf(matrix)
+    if not singular and dgecon(lu, np.abs(matrix).sum(axis=0).max())[0] > ROUNDING:
+        step[free] = np.asarray(dgetrs(lu, pivots, right)[0]) / root
+        return step, Factors(piece.status, free, root, lu, pivots)
     step[free] = np.asarray(lstsq(matrix, right, cond=ROUNDING, lapack_driver="gelsy", check_finite=False)[0]) / root
     return step, None
