@@ -179,17 +179,20 @@ def test_the_ray_of_one_load_alone_gives_a_line_for_both():
             assert len(region.record.attempts) <= 2 * len(region.sides)
 
 
-def test_a_side_that_misses_its_vertices_is_no_answer(monkeypatch):
-    """A limit whose mechanism proves a little more than its slip carries leaves a line beside its point."""
+@pytest.mark.parametrize("other", ["idle", "twin"])
+def test_a_side_that_misses_its_vertices_is_no_answer(monkeypatch, other):
+    """A limit whose mechanism proves a little more than its slip carries leaves a line beside its point; those of twins are parallel."""
 
     def loose(*args):
         limit = fo.shakedown_limit(*args)
         return replace(limit, bound=limit.bound * (1 + 1e-6))
 
-    contact = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0], [1]), "Q": ([1], [0]), "idle": ([0], [0])})
+    contact = fo.ContactSystem.from_blocks(
+        [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0], [1]), "Q": ([1], [0]), "idle": ([0], [0]), "twin": ([1], [0])}
+    )
     monkeypatch.setattr(import_module("frictopt.limits.safe_region"), "shakedown_limit", loose)
     with pytest.raises(fo.SolverError, match=r"its sides and vertices differ by 1\.0e-06"):
-        fo.safe_region(contact, {"P": 1.0}, ["idle", "Q"], 0.5)
+        fo.safe_region(contact, {"P": 1.0}, [other, "Q"], 0.5)
 
 
 def test_the_mean_load_is_in_each_domain_so_that_it_is_safe_where_anything_is():

@@ -164,7 +164,11 @@ class _Search:
             return other.at
         if abs(other.beyond(one.at)) <= _ONE_SIDE:
             return one.at
-        return np.asarray(self.unit * np.linalg.solve(np.array([one.line, other.line]) * self.unit, [one.bound, other.bound]))
+        try:
+            return np.asarray(self.unit * np.linalg.solve(np.array([one.line, other.line]) * self.unit, [one.bound, other.bound]))
+        except np.linalg.LinAlgError as parallel:
+            off = max(abs(one.beyond(other.at)), abs(other.beyond(one.at)))
+            raise SolverError(f"safe region: its sides and vertices differ by {off:.1e}; check for reactions of very different sizes") from parallel
 
     def region(self, points: list[_Point], unlimited: tuple[str, ...], reason: str) -> SafeRegion:
         """The region with these points of the border in their order."""
