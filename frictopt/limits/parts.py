@@ -21,6 +21,7 @@ from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
+from scipy.linalg import eigh
 from scipy.optimize import linear_sum_assignment
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
@@ -186,9 +187,9 @@ def rest_of(task: LimitQuestion, opened: Booleans) -> LimitQuestion | None:
     at_zero, cyclic = (r.reshape(len(r), -1) for r in (task.r0, task.r1))
     r0, r1 = ((load[:, ~out] - load[:, out] @ follow).reshape(len(load), axes, n) for load in (at_zero, cyclic))
     friction, left = task.friction[~opened], S[np.ix_(~out, ~out)] - S[np.ix_(~out, out)] @ follow
-    values, vectors = np.linalg.eigh((left + left.T) / 2)  # what nothing resists any more is left as rounding of both signs
-    left = (vectors * np.where(values > _NOTHING_LEFT * np.abs(S).max(), values, 0.0)) @ vectors.T
     left = (left + left.T) / 2
+    values, vectors = eigh(left, subset_by_value=(-np.inf, _NOTHING_LEFT * np.abs(S).max()))
+    left = left - (vectors * values) @ vectors.T  # what nothing resists any more is left as rounding of both signs
     units = units_of(friction, r0, r1, left[:, :-n])  # what would press the open nodes shut is no scale
     return replace(
         task,
