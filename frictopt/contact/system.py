@@ -70,6 +70,8 @@ class ContactSystem(Shown, Plotted):
         Shape of a slip of all nodes: (N,) in the plane, (N, 2) in space.
     stiffness_scale
         Mean of the diagonal of S (1 if S is zero): the scale that turns mean forces into the scale of slips.
+    own_stiffness
+        (M,) diagonal of S; where a direction has no more than rounding, the largest of its node (the scale of all where that is zero).
 
     Raises
     ------
@@ -105,6 +107,7 @@ class ContactSystem(Shown, Plotted):
     tangents: int = field(init=False)
     slip_shape: tuple[int, ...] = field(init=False)
     stiffness_scale: float = field(init=False)
+    own_stiffness: Array = field(init=False)
 
     def __post_init__(self) -> None:
         points = finite_array("points", self.points, (None, None))
@@ -120,6 +123,8 @@ class ContactSystem(Shown, Plotted):
         if gap.min() < 0:
             raise ModelError(f"gap: {gap.min():g} at node {int(gap.argmin())}; the bodies cannot overlap before loading, give gap >= 0")
         bonded, L = checked_bonded("bonded", self.bonded, n, axes - 1), self.compliance
+        own, scale = np.diag(S).reshape(axes, n), float(np.trace(S) / len(S)) or 1.0
+        most = np.where(own.max(axis=0) > 0, own.max(axis=0), scale)
         vars(self).update(S=S, points=points, bonded=bonded, gap=gap, nodes=n, tangents=axes - 1, slip_shape=(n,) if axes == 2 else (n, 2))
         vars(self).update(
             frames=checked_frames(self.frames, n, axes),
@@ -128,7 +133,8 @@ class ContactSystem(Shown, Plotted):
             E_star=None if self.E_star is None else finite_number("E_star", self.E_star, above=0.0),
             compliance=None if L is None else symmetrised("compliance", finite_array("compliance", L, (len(bonded),) * 2)),
             units=checked_units(self.units),
-            stiffness_scale=float(np.trace(S) / len(S)) or 1.0,
+            stiffness_scale=scale,
+            own_stiffness=frozen(np.where(own > RIGID * most, own, most).ravel()),
         )
         if axes == 2:
             check_order(self.x)
@@ -235,14 +241,6 @@ class ContactSystem(Shown, Plotted):
     def C(self) -> Array:
         """(N, N) block of S: normal forces by gaps."""
         return self.S[-self.nodes :, -self.nodes :]
-
-    @property
-    def own_stiffness(self) -> Array:
-        """(M,) diagonal of S; where a direction has no more than rounding, the largest of its node (the scale of all where that is zero)."""
-        own = np.diag(self.S).reshape(-1, self.nodes)
-        most = own.max(axis=0)
-        most = np.where(most > 0, most, self.stiffness_scale)
-        return np.asarray(np.where(own > RIGID * most, own, most).ravel())
 
     def reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
         """Bonded reactions `(q^w, p^w)` under a sum of load cases, name -> amplitude.
