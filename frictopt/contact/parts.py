@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -78,19 +79,20 @@ def checked_bonded(argument: str, bonded: object, n: int, tangents: int) -> Mapp
     """Check bonded reactions, load case name -> (q, p) or all of them in the order of S, and return the pairs read-only."""
     if not (cases := checked_cases(argument, bonded, "(q, p)")):
         raise ModelError(f"{argument}: no load case; give at least one, name -> (q, p)")
+    return MappingProxyType({name: checked_pair(f"{argument}[{name!r}]", given, n, tangents) for name, given in cases.items()})
+
+
+def checked_pair(argument: str, given: Any, n: int, tangents: int) -> tuple[Array, Array]:
+    """Check tangential and normal forces of n nodes, (q, p) or all of them in the order of S."""
     shape = (n,) if tangents == 1 else (n, 2)
-    checked = {}
-    for name, given in cases.items():
-        label = f"{argument}[{name!r}]"
-        try:
-            flat = np.ndim(given[0]) == 0
-            q, p = ((), ()) if flat else given
-        except (TypeError, ValueError, IndexError, KeyError) as error:
-            raise ModelError(f"{label}: {shown(given)} is no pair; give (q, p), arrays of shapes {shape} and {(n,)}") from error
-        if flat:
-            q, p = parted(finite_array(label, given, ((tangents + 1) * n,)), tangents + 1)
-        checked[name] = (finite_array(f"{label} q", q, shape), finite_array(f"{label} p", p, (n,)))
-    return MappingProxyType(checked)
+    try:
+        flat = np.ndim(given[0]) == 0
+        q, p = ((), ()) if flat else given
+    except (TypeError, ValueError, IndexError, KeyError) as error:
+        raise ModelError(f"{argument}: {shown(given)} is no pair; give (q, p), arrays of shapes {shape} and {(n,)}") from error
+    if flat:
+        q, p = parted(finite_array(argument, given, ((tangents + 1) * n,)), tangents + 1)
+    return finite_array(f"{argument} q", q, shape), finite_array(f"{argument} p", p, (n,))
 
 
 def runs(names: Sequence[str] | Names) -> list[slice]:

@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...contact import ContactSystem, Recorded, SolveRecord, checked_system, components, frame, friction_coefficients, joined, off_law, parted
 from ...contact.checks import Array, finite_array
+from ...contact.parts import checked_pair
 from ...contact.tolerances import RESIDUAL
-from ...errors import ModelError, SolverError
+from ...errors import SolverError
 from ...solve.explain import explain
 from ..begin import HOLD, OPEN
 from ..sliding import check_sliding, rigid_motions
@@ -107,13 +108,8 @@ class Posed:
 
     def __init__(self, owner: "FrictionIncrement", slip: ArrayLike, bonded: Sequence[ArrayLike]) -> None:
         system, self._started = owner.system, perf_counter()
-        shapes = system.slip_shape, (system.nodes,)
-        try:
-            q, p = bonded
-        except (TypeError, ValueError) as error:
-            raise ModelError(f"bonded: not a pair; give (q, p), arrays of shapes {shapes[0]} and {shapes[1]}") from error
-        self.owner, self.slip = owner, finite_array("slip", slip, shapes[0])
-        self.bonded = finite_array("bonded q", q, shapes[0]), finite_array("bonded p", p, shapes[1])
+        self.owner, self.slip = owner, finite_array("slip", slip, system.slip_shape)
+        self.bonded = checked_pair("bonded", bonded, system.nodes, system.tangents)
         moved = joined(self.slip, -system.gap)
         self.reactions = joined(*self.bonded) + (system.S @ moved if moved.any() else 0.0)
         self.force = force_scale(self.bonded[1], self.reactions)
