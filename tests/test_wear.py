@@ -175,7 +175,8 @@ def test_what_stops_wear_keeps_what_is_done(error, monkeypatch):
 
 
 @refused(
-    ({"coefficient": -1e-3}, "coefficient: -0.001 at node 0"),
+    ({"coefficient": -1e-3}, "coefficient: -0.001; give a coefficient of wear >= 0"),
+    ({"coefficient": np.r_[np.ones(31), -1e-3]}, "coefficient: -0.001 at node 31; give a coefficient of wear >= 0"),
     ({"coefficient": [1e-3, 1e-3]}, r"coefficient: shape \(2,\)"),
     ({"coefficient": 1e-3, "cycles": 0.5}, "cycles: 0.5"),
     ({"coefficient": 1e-3, "cycles": np.inf}, "cycles: inf"),

@@ -86,7 +86,8 @@ def per_node(name: str, values: object, nodes: int, negative: str = "") -> Array
     if array.shape not in ((), (nodes,)):
         raise ModelError(f"{name}: shape {array.shape}; give one number, or one for each of the {nodes} nodes")
     if negative and array.min() < 0:
-        raise ModelError(f"{name}: {array.min():g}; {negative}")
+        at = f" at node {int(array.argmin())}" if array.ndim else ""
+        raise ModelError(f"{name}: {array.min():g}{at}; {negative}")
     return np.broadcast_to(array, (nodes,))
 
 
@@ -150,13 +151,8 @@ def checked_loads(name: str, loads: object) -> Mapping[str, float]:
 
 def checked_overlaps(name: str, cases: object, n: int) -> dict[str, Array]:
     """Check interferences, load case name -> overlap >= 0, one number or (n,), and return (n,) overlaps."""
-    overlaps = {}
-    for case, overlap in checked_cases(name, cases, "overlap").items():
-        argument = f"{name}[{case!r}]"
-        overlaps[case] = d = per_node(argument, overlap, n)
-        if d.min() < 0:
-            raise ModelError(f"{argument}: overlap {d.min():g} at node {int(d.argmin())}; give overlaps >= 0, and an opening as a gap")
-    return overlaps
+    less, given = "give overlaps >= 0, and an opening as a gap", checked_cases(name, cases, "overlap")
+    return {case: per_node(f"{name}[{case!r}]", overlap, n, less) for case, overlap in given.items()}
 
 
 def checked_contact(argument: str, contact: object, n: int) -> Names:

@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle, SolveRecord, bar_of, checked_system, friction_coefficients, joined, parted
-from ..contact.checks import Array, finite_array, finite_number, flag, frozen, real_array, warns_of_odd_values
+from ..contact.checks import Array, finite_number, flag, frozen, per_node, warns_of_odd_values
 from ..errors import ModelError, NoContinuation, SolverError
 from ..transients import SteadyState, steady_state
 from ..transients.cycles import Run
@@ -235,10 +235,8 @@ class Course:
 
 def _per_work(system: ContactSystem, friction: ArrayLike, coefficient: ArrayLike, energy: bool) -> Array:
     """(N,) depth per work of friction."""
-    f, raw = friction_coefficients(friction, system.nodes), real_array("coefficient", coefficient)
-    k = np.broadcast_to(finite_array("coefficient", raw, (system.nodes,) if raw.ndim else None), system.nodes)
-    if k.min() < 0:
-        raise ModelError(f"coefficient: {k.min():g} at node {int(k.argmin())}; give a coefficient of wear >= 0, volume per normal force and way slid")
+    less = "give a coefficient of wear >= 0, volume per normal force and way slid"
+    f, k = friction_coefficients(friction, system.nodes), per_node("coefficient", coefficient, system.nodes, less)
     if system.width is None:
         raise ModelError("system: it has no width, and depths of wear are volumes over width; give the ContactSystem the length or area of each node")
     if flag("energy", energy):
