@@ -5,6 +5,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.histories.range_search import Search
+from frictopt.limits.question import pose
 from paths import followed
 from systems import CYCLE, FIRST_PAIR, PULL, SHEAR, system
 
@@ -176,7 +177,7 @@ def test_a_search_follows_no_start_in_vain(paper_punch):
     contact, f = paper_punch(16), np.full(17, 0.7)
     load_factor = 1.2 * fo.shakedown_limit(contact, PULL, 0.7).load_factor
     far = 30 * (contact.x - contact.x.mean())
-    search = Search(contact, PULL, f, load_factor, None)
+    search = Search(pose(contact, PULL, f), load_factor)
     one, other, none = (search.follow(name, slip) for name, slip in {"one": far, "other": 3 * far, "none": 0 * far}.items())
     assert other.state is one.state and none.state is not one.state
     works = [reached(contact, PULL, f, load_factor, slip) for slip in (far, 3 * far, 0 * far)]

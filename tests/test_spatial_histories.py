@@ -11,6 +11,7 @@ import frictopt as fo
 from frictopt.histories.ascent import _tangents, increment_map
 from frictopt.histories.range_search import Search
 from frictopt.histories.starts import LoadStep, smooth_modes
+from frictopt.limits.question import pose
 from frictopt.transients.march import path_of
 from paths import settled
 from spatial import cycle, random_contact, single
@@ -108,9 +109,9 @@ def test_a_rough_transient_has_the_work_of_the_settled_one_but_for_a_share(seed)
     """Its last cycle is taken for the steady one when later ones change the work by a thousandth; it makes fewer of them."""
     rng = np.random.default_rng(seed)
     contact = random_contact(rng, 6)
-    asked = contact, cycle(), np.full(6, 0.5), (0.95 + 0.1 * seed) * fo.shakedown_limit(contact, cycle(), 0.5).load_factor
+    asked = pose(contact, cycle(), 0.5), (0.95 + 0.1 * seed) * fo.shakedown_limit(contact, cycle(), 0.5).load_factor
     start = rng.normal(size=(6, 2))
-    rough, settled = (Search(*asked, None, 5, rough=how).follow("random", start).state for how in (True, False))
+    rough, settled = (Search(*asked, 5, rough=how).follow("random", start).state for how in (True, False))
     assert settled.dissipation > 0 and rough.cycles < settled.cycles
     assert rough.dissipation == pytest.approx(settled.dissipation, rel=5e-3) and 0 < rough.work_error < 1e-3
 

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
@@ -156,11 +155,10 @@ def dissipation_range(
     True
     """
     task = pose(system, cycle, friction, slip_bound=slip_bound)
-    f, bound = np.array(task.friction), task.most
     load_factor = finite_number("load_factor", load_factor, least=0.0)
     starts = RangeStarts(task, load_factor)
     with bar_of(flag("progress", progress), "dissipation range", "transient", delay=2) as bar:
-        return _range(Search(system, cycle, f, load_factor, bound, steps, bar.update), starts)
+        return _range(Search(task, load_factor, steps, bar.update), starts)
 
 
 def _range(runs: Search, starts: RangeStarts) -> DissipationRange:

@@ -6,8 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..contact import LEVEL, PERIODIC, RESIDUAL, Array, ContactSystem, LoadCycle, Outcome
+from ..contact import LEVEL, PERIODIC, RESIDUAL, Array, Outcome
 from ..errors import NoContinuation, SolverError
+from ..limits.question import LimitQuestion
 from ..transients import SteadyState, steady_state
 from ..transients.begin import Transient
 from ..transients.cycles import Run, Settled
@@ -68,10 +69,10 @@ class Search:
 
     Parameters
     ----------
-    system, cycle, friction, load_factor
-        The contact, its load cycle, (N,) coefficients of friction and the load factor.
-    most
-        (N,) bound of the starts' slip, length; None for none.
+    task
+        The contact, its load cycle, friction, and bound of the starts' slip.
+    load_factor
+        Load factor of the cycle.
     steps
         Number of increments, see `path_of`.
     tell
@@ -81,17 +82,10 @@ class Search:
     """
 
     def __init__(
-        self,
-        system: ContactSystem,
-        cycle: LoadCycle,
-        friction: Array,
-        load_factor: float,
-        most: Array | None,
-        steps: int | None = None,
-        tell: Callable[[], object] = lambda: None,
-        rough: bool = False,
+        self, task: LimitQuestion, load_factor: float, steps: int | None = None, tell: Callable[[], object] = lambda: None, rough: bool = False
     ) -> None:
-        self._asked, self._most, self._steps, self._rough = (system, cycle, friction, load_factor), most, steps, rough
+        self._task, self._load_factor, self._steps, self._rough = task, load_factor, steps, rough
+        self._asked = task.system, task.cycle, task.friction, load_factor
         self._gain = _ROUGH if rough else _WORK_GAIN
         self.transients, self._tell = 0, tell
         self._extremes: list[float] = []  # works of the local extremes so far
@@ -101,7 +95,7 @@ class Search:
     def in_few_increments(self) -> "Search | None":
         """A rough search of the same contact; None on the exact path, and where the increments are few already."""
         steps = path_of(*self._asked, steps=self._steps).steps
-        return Search(*self._asked, self._most, _ROUGH_STEPS, self._tell, rough=True) if steps >= 2 * _ROUGH_STEPS else None
+        return Search(self._task, self._load_factor, _ROUGH_STEPS, self._tell, rough=True) if steps >= 2 * _ROUGH_STEPS else None
 
     def follow(self, name: str, start: Array, least: float = 0.0, most: int = _CYCLES) -> Orbit:
         """The steady state that one start leads to, unless two cycles one after the other have less work than the least that is looked for.
@@ -155,7 +149,7 @@ class Search:
             return []
         sizes = size * _WIDEST * (_NARROWEST / _WIDEST) ** np.linspace(0, 1, int(np.clip(count, *_AROUND))) ** 2
         starts = [orbit.start + one * self._rng.uniform(-1, 1, orbit.start.shape) for one in sizes]
-        starts = starts if self._most is None else [shortened(start, self._most) for start in starts]
+        starts = starts if self._task.most is None else [shortened(start, self._task.most) for start in starts]
         return [found for start in starts if (found := self.follow(f"around {orbit.name}", start, least)).work >= least]
 
     def climb(self, orbit: Orbit, sense: int) -> Orbit:
@@ -167,7 +161,7 @@ class Search:
             if path is None or orbit.state is None or orbit.state.outcome is not Outcome.CYCLIC_SLIP or orbit.state.period > 1:
                 return replace(orbit, end="no slip that repeats in every cycle: not searched from")
             try:
-                ascent = Ascent(path, sense, self._most)
+                ascent = Ascent(path, sense, self._task.most)
             except (NoContinuation, SolverError) as error:
                 return replace(orbit, end=f"no derivative: {error}")
             better, unit = None, unit or _spread(ascent.before, path)
