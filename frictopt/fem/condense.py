@@ -206,7 +206,7 @@ def fronts(
     K: csr_matrix, interface: Interface, unknowns: Integers, points: Array, graph: csr_matrix, generalised: Integers = NO_ROWS
 ) -> tuple[csr_matrix, Integers]:
     """The matrix T of `u = T y`, and the front that eliminates each of the y, -1 for the relative motions; arguments as in `condensed`."""
-    T, columns = interface.motion(unknowns, K.shape[0]), interface.eliminated(unknowns)
+    T, columns = interface.motion(unknowns, K.shape[0])
     own = columns >= 0
     present = np.flatnonzero(own.any(axis=1))
     of_node = np.zeros(len(columns), dtype=np.intp)

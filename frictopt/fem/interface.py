@@ -88,14 +88,6 @@ class Interface:
             )
         return np.asarray(columns[qr(part, mode="r", pivoting=True)[1][: len(rows)]])
 
-    def eliminated(self, unknowns: Integers) -> Integers:
-        """(nodes, d) columns of `motion` that stand for the displacements, -1 for those that are held or replaced by relative motions."""
-        columns = np.full(unknowns.shape, -1)
-        free = unknowns >= 0
-        free[self.followers[0]] = False
-        columns[free] = np.arange(np.count_nonzero(free))
-        return columns
-
     @cached_property
     def _spread(self) -> csr_matrix:
         """(all nodes, all nodes) matrix of the displacements of all nodes by those of nodes that do not follow."""
@@ -111,8 +103,10 @@ class Interface:
         columns = np.arange(n)[:, None, None] + n * np.arange(d)  # in the order of pair, axis, direction
         return csr_matrix((self.frames.swapaxes(1, 2).ravel(), np.broadcast_to(columns, (n, d, d)).ravel(), d * np.arange(n * d + 1)))
 
-    def motion(self, unknowns: Integers, size: int) -> csr_matrix:
-        """Matrix T of `u = T y`; y are the free displacements of nodes that do not follow, numbered by `eliminated`, then z, direction by direction.
+    def motion(self, unknowns: Integers, size: int) -> tuple[csr_matrix, Integers]:
+        """Matrix T of `u = T y`; y are the free displacements of nodes that do not follow, then z, direction by direction.
+
+        And which of the y each displacement is, (nodes, d), -1 for those that are held or replaced by relative motions.
 
         Parameters
         ----------
@@ -121,11 +115,12 @@ class Interface:
         size
             Number of rows of the stiffness.
         """
-        following, W, _ = self.followers
-        each = identity(unknowns.shape[1])
+        (following, W, _), each, free = self.followers, identity(unknowns.shape[1]), unknowns >= 0
+        free[following] = False
+        columns = np.where(free, np.cumsum(free).reshape(free.shape) - 1, -1)
         drives = identity(len(unknowns), format="csr")[:, following] @ W
-        own = kron(self._spread, each, format="csr")[:, np.flatnonzero(self.eliminated(unknowns) >= 0)]
-        return csr_matrix(_rows(unknowns, size).T @ hstack([own, kron(drives, each) @ self._turned]))
+        own = kron(self._spread, each, format="csr")[:, np.flatnonzero(free)]
+        return csr_matrix(_rows(unknowns, size).T @ hstack([own, kron(drives, each) @ self._turned])), columns
 
     def relative(self, u: csr_matrix, unknowns: Integers) -> Array:
         """(d N, k) relative motions, direction by direction, of displacements u (size, k)."""
