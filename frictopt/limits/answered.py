@@ -12,7 +12,7 @@ import pandas as pd
 from ..contact import ContactState, ContactSystem, LoadCycle, Plotted, Recorded, SolveRecord, components, frame, joined, lengths, parted, places
 from ..contact.checks import Array, Booleans, frozen
 from ..contact.tolerances import RESIDUAL
-from ..solve.explain import Units
+from ..solve.explain import Explained, Units
 from .question import LimitQuestion
 
 _BARE = 10 * RESIDUAL  # share of the mean friction bound below which a node carries nothing, and its traction ratio is rounding
@@ -197,7 +197,7 @@ class Answered(Recorded, Plotted):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Proven(Answered):
+class Proven(Answered, Explained):
     """Base of answers that a mechanism proves, maybe under constraints of the user's own."""
 
     _motion: Mechanism

@@ -5,7 +5,6 @@ The proof is the slips that are safe with the design, and what each constraint c
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import IO
 
 import cvxpy as cp
 import numpy as np
@@ -13,7 +12,7 @@ import pandas as pd
 
 from ..contact import CONDENSATION, Array, ContactSystem, LoadCycle, joined
 from ..errors import ModelError
-from ..solve.explain import Units, explain
+from ..solve.explain import Explained, Units
 from .answered import Answered
 from .question import LimitQuestion
 
@@ -93,7 +92,7 @@ def built_in(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Design(Answered):
+class Design(Answered, Explained):
     """A best design, built into a contact that every other function takes: `system` and `cycle`.
 
     Its profile is in the initial gap of the system; where it adds material, in an overlap, the load case "profile". The largest load factor can be
@@ -163,7 +162,5 @@ class Design(Answered):
         shaped = {} if self.profile is None else {"profile": f"{self.profile.min():.4g} .. {self.profile.max():.4g}"}
         return {**shown, **{f"preload {name}": amount for name, amount in self.preload.items()}, **shaped}
 
-    def explain(self, file: IO[str] | None = None) -> None:
-        """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
-        value = self.load_factor if self.objective is None else self.objective
-        explain("best design", self.problem, value, self._units, self.record.left_out, None, file)
+    def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
+        return "best design", self.load_factor if self.objective is None else self.objective, None, ""

@@ -3,14 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from ..contact import Array, LimitKind, components, finite_number, frame, frozen, places
 from ..errors import ModelError
-from ..solve.explain import explain
 from .answered import Rated
 from .critical_search import LEFT_OUT, NodeClaim
 from .shakedown_result import ShakedownLimit
@@ -206,9 +205,8 @@ class GuaranteedLimit(Rated):
         verify = import_module("frictopt.histories.guarantee").verify  # here, for transients need the limits
         return verify(self, self._task.cycle, starts, moved, above, seed)
 
-    def explain(self, file: IO[str] | None = None) -> None:
-        """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
-        explain("guaranteed limit", self.problem, self.load_factor, self._units, self.record.left_out, None, file, self.reason)
+    def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
+        return "guaranteed limit", self.load_factor, None, self.reason
 
 
 def reason(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, coincide: int) -> str:

@@ -2,12 +2,10 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import IO
 
 import pandas as pd
 
 from ..contact import ROUNDING, unscaled_diagnosis
-from ..solve.explain import explain
 from .answered import Proven
 
 _NO_MARGIN = ROUNDING  # a margin this little below zero is zero: that of the slip at the shakedown limit
@@ -88,7 +86,5 @@ class SafeSlip(Proven):
         """
         return None if self.exists or self.constraints else self._motion.table(self.system, self.cycle.corner_names)
 
-    def explain(self, file: IO[str] | None = None) -> None:
-        """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
-        motion = self._motion.table(self.system, self.cycle.corner_names)
-        explain("safe residual slip", self.problem, self.margin, self._units, self.record.left_out, motion, file, self.reason)
+    def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
+        return "safe residual slip", self.margin, self._motion.table(self.system, self.cycle.corner_names), self.reason

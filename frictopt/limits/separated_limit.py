@@ -18,7 +18,6 @@ The largest forces and motions come from the load: with F the sum of all nodal f
 import time
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import IO
 
 import cvxpy as cp
 import numpy as np
@@ -28,7 +27,7 @@ from numpy.typing import ArrayLike
 from ..contact import RESIDUAL, Attempt, ContactSystem, LimitKind, LoadCycle, SolveRecord, unscaled_diagnosis
 from ..contact.checks import Array, frozen, warns_of_odd_values, whole_number
 from ..errors import FrictoptError
-from ..solve.explain import Units, explain
+from ..solve.explain import Explained, Units
 from ..solve.solvers import BoundStatus, bounds
 from .answered import Answered
 from .parts import border
@@ -49,7 +48,7 @@ _TOUCHES = 1 - 1e-6  # share of the largest force or motion from which on a solu
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SeparatedLimit(Answered):
+class SeparatedLimit(Answered, Explained):
     """The largest load factor at which some nodes stay open and the others closed and stuck, and what is known above it.
 
     Attributes
@@ -97,10 +96,9 @@ class SeparatedLimit(Answered):
         """The DataFrame of the nodes: columns node, its place, slip, open, and gap at the last corner."""
         return super().to_frame().assign(open=self.open, gap=np.nan if self.state is None else self.state.gap)
 
-    def explain(self, file: IO[str] | None = None) -> None:
-        """Print the answer, the reason, what the bound covers, and the mixed-integer program by its names."""
+    def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
         title = f"limit with separation: load factor {self.load_factor:.12g}, bound {self.bound:.12g}"
-        explain(title, self.problem, None, self._units, self.record.left_out, None, file, f"{self.reason}\nbound holds {self.covers}")
+        return title, None, None, f"{self.reason}\nbound holds {self.covers}"
 
 
 @warns_of_odd_values

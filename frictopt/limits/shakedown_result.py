@@ -11,7 +11,7 @@ slips no further than D from each other lie in a circle of radius D / sqrt(3) (J
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -20,7 +20,6 @@ from ..contact import ContactSystem, LimitKind, LoadCycle, Plotted, Shown, compo
 from ..contact.checks import Array, finite_array, finite_number, frozen
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import ModelError, SolverError
-from ..solve.explain import explain
 from .answered import Mechanism, Rated
 from .parts import border
 from .question import LimitQuestion
@@ -283,7 +282,5 @@ class ShakedownLimit(Rated):
         chosen = () if self.objective is None else ("objective",)
         return {name: getattr(self, name) for name in ("load_factor", "least", "kind", *chosen, "bound", "largest_slip", "residual", "reason")}
 
-    def explain(self, file: IO[str] | None = None) -> None:
-        """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind."""
-        value = self.load_factor if self.objective is None else self.objective
-        explain("shakedown limit", self.problem, value, self._units, self.record.left_out, self.mechanism, file, self.reason)
+    def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
+        return "shakedown limit", self.load_factor if self.objective is None else self.objective, self.mechanism, self.reason

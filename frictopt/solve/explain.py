@@ -1,14 +1,14 @@
 """Printing a model by the names of its parts."""
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import IO, TypeAlias
 
 import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact import RESIDUAL, Array
+from ..contact import RESIDUAL, Array, Recorded
 
 _BINDING = 100 * RESIDUAL  # slack below which a row is printed as binding: solvers leave more than the residual before the polish
 
@@ -18,46 +18,32 @@ _SAID = {True: "yes", False: "no"}
 _SHOWN = 8  # rows of the mechanism that are printed
 
 
-def explain(
-    title: str,
-    problem: cp.Problem | None,
-    value: float | None,
-    units: Units,
-    left_out: Sequence[str],
-    mechanism: pd.DataFrame | None,
-    file: IO[str] | None,
-    reason: str = "",
-) -> None:
-    """Print title, variables, parameters, objective, constraints with the rows that bind, units, what was left out, and the mechanism.
+class Explained(Recorded):
+    """Base of answers of a program, which print it by the names of its parts."""
 
-    Parameters
-    ----------
-    title
-        What the model computes.
-    problem
-        A cvxpy problem whose variables, parameters and constraints have names; None for a closed form, or in a copy.
-    value
-        The answer, with which what stands in the problem must agree to be printed; None where there is no such number.
-    units
-        Name of a variable -> its unit in the caller's units, one or one per entry.
-    left_out
-        Sentences that say what was left out.
-    mechanism
-        Slips that limit the load, largest share first; None for none.
-    file
-        Where to print; standard output by default.
-    reason
-        Why the answer is what it is.
-    """
-    lines = [title, "=" * len(title)]
-    lines += [] if value is None else [f"answer      {value:.12g}"]
-    lines += [f"reason      {reason}"] if reason else []
-    lines += ["problem     none: closed form, or left behind by a copy"] if problem is None else _problem_lines(problem, value, units)
-    lines += ["left out"] + [f"    {text}" for text in left_out or ("nothing",)]
-    if mechanism is not None and len(mechanism):
-        table = mechanism.head(_SHOWN).to_string(index=False, float_format="{:.4g}".format)
-        lines += [f"binding mechanism, {min(_SHOWN, len(mechanism))} of {len(mechanism)} slips", *(f"    {row}" for row in table.split("\n"))]
-    print("\n".join(lines), file=file or sys.stdout)
+    problem: cp.Problem | None
+    _units: Units  # name of a variable -> its unit in the caller's units, one or one per entry
+
+    def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
+        """Title; the answer, with which what stands in the problem must agree to be printed; slips that limit the load, largest first; the reason."""
+        raise NotImplementedError
+
+    def explain(self, file: IO[str] | None = None) -> None:
+        """Print the model by its names: sizes, curvature, DPP, units, what was left out, and the rows that bind.
+
+        `file` is where to print; standard output by default.
+        """
+        title, value, mechanism, reason = self._told()
+        lines = [title, "=" * len(title)]
+        lines += [] if value is None else [f"answer      {value:.12g}"]
+        lines += [f"reason      {reason}"] if reason else []
+        none = ["problem     none: closed form, or left behind by a copy"]
+        lines += none if self.problem is None else _problem_lines(self.problem, value, self._units)
+        lines += ["left out"] + [f"    {text}" for text in self.record.left_out or ("nothing",)]
+        if mechanism is not None and len(mechanism):
+            table = mechanism.head(_SHOWN).to_string(index=False, float_format="{:.4g}".format)
+            lines += [f"binding mechanism, {min(_SHOWN, len(mechanism))} of {len(mechanism)} slips", *(f"    {row}" for row in table.split("\n"))]
+        print("\n".join(lines), file=file or sys.stdout)
 
 
 def _problem_lines(problem: cp.Problem, value: float | None, units: Units) -> list[str]:

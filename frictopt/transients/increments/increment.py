@@ -4,19 +4,19 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
-from typing import IO, ClassVar
+from typing import ClassVar
 
 import cvxpy as cp
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from ...contact import ContactSystem, Recorded, SolveRecord, checked_system, components, frame, friction_coefficients, joined, off_law, parted
+from ...contact import ContactSystem, SolveRecord, checked_system, components, frame, friction_coefficients, joined, off_law, parted
 from ...contact.checks import Array, finite_array
 from ...contact.parts import checked_pair
 from ...contact.tolerances import RESIDUAL
 from ...errors import SolverError
-from ...solve.explain import explain
+from ...solve.explain import Explained
 from ..begin import HOLD, OPEN
 from ..sliding import check_sliding, rigid_motions
 from .newton import Law, State, newton
@@ -26,7 +26,7 @@ _CORRECTIONS = 4  # Newton steps that make the solution of a program exact, and 
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Increment(Recorded):
+class Increment(Explained):
     """The state after one increment of load, judged by the referee.
 
     Attributes
@@ -84,9 +84,8 @@ class Increment(Recorded):
         counts = {name: int((np.abs(self.status) == value).sum()) for name, value in (("slipping", 1), ("open", OPEN))}
         return {"nodes": len(self.gap), **counts, "residual": self.residual, "solver": self.record.solver}
 
-    def explain(self, file: IO[str] | None = None) -> None:
-        """Print the program by its names: sizes, curvature, DPP, units, and the rows that bind."""
-        explain(self._title, self.problem, None, self._units, (), None, file)
+    def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
+        return self._title, None, None, ""
 
 
 def force_scale(bonded: Array, reactions: Array) -> float:
