@@ -93,9 +93,9 @@ class GuaranteeCheck(Shown):
         return np.asarray(slips & ((runs["share"] < 1) == below))
 
 
-def verify(limit: GuaranteedLimit, cycle: LoadCycle, starts: int, moved: int, above: float, seed: int) -> GuaranteeCheck:
-    """What `GuaranteedLimit.verify` says of a limit under this load cycle."""
-    system = limit.system
+def verify(limit: GuaranteedLimit, starts: int, moved: int, above: float, seed: int) -> GuaranteeCheck:
+    """What `GuaranteedLimit.verify` says of a limit."""
+    system, cycle = limit.system, limit.cycle
     starts, moved = whole_number("starts", starts, least=0), whole_number("moved", moved, least=0)
     above, rng = finite_number("above", above, above=1.0), np.random.default_rng(whole_number("seed", seed, least=0, most=LARGEST_SEED))
     least = limit.least
@@ -116,26 +116,24 @@ def verify(limit: GuaranteedLimit, cycle: LoadCycle, starts: int, moved: int, ab
     lows = [share * limit.load_factor + (1 - share) * least for share in ((_BELOW,) if least == 0 else (_BELOW, 1 - _BELOW))]
     for number, low in enumerate(lows if next_to is None else []):
         count = (starts + number) // len(lows)
-        begins += [(low, kind, slip) for kind, slip in _starts(rng, limit, cycle, low, count, size)]
-    rows = [_run(cycle, limit, size, *begin) for begin in begins]
+        begins += [(low, kind, slip) for kind, slip in _starts(rng, limit, low, count, size)]
+    rows = [_run(limit, size, *begin) for begin in begins]
     return GuaranteeCheck(limit, pd.DataFrame(rows), frozen([slip for _, _, slip in begins]))
 
 
-def left_by_overload(limit: GuaranteedLimit, cycle: LoadCycle, load_factor: float) -> float:
+def left_by_overload(limit: GuaranteedLimit, load_factor: float) -> float:
     """The largest slip that one cycle at a load factor leaves in a contact that has not slipped before, length."""
-    path = march(limit.system, cycle, limit.friction, load_factor, cycles=1)
+    path = march(limit.system, limit.cycle, limit.friction, load_factor, cycles=1)
     return float(np.linalg.norm(path.slip[-1].reshape(limit.system.nodes, -1), axis=1).max())
 
 
-def _starts(
-    rng: np.random.Generator, limit: GuaranteedLimit, cycle: LoadCycle, load_factor: float, count: int, size: float
-) -> list[tuple[str, Array]]:
+def _starts(rng: np.random.Generator, limit: GuaranteedLimit, load_factor: float, count: int, size: float) -> list[tuple[str, Array]]:
     """Kind and slip of each start."""
     system, wanted = limit.system, 0 if limit.open.any() else int(_VERTICES * count)
     directions = rng.normal(size=(wanted, *system.slip_shape))
     under_mean = 0.0 if limit.least == 0 else load_factor
     parts = (load_factor, directions[: wanted // 2]), (under_mean, directions[wanted // 2 :])
-    vertices = [slip for part in parts for slip in safe_vertices(system, cycle, limit.friction, *part)]
+    vertices = [slip for part in parts for slip in safe_vertices(system, limit.cycle, limit.friction, *part)]
     begins = [("vertex", slip) for slip in vertices]
     begins += [("beyond vertex", slip * rng.uniform(1.0, _BEYOND)) for slip in vertices]
     while len(begins) < count:
@@ -143,14 +141,14 @@ def _starts(
     return begins
 
 
-def _run(cycle: LoadCycle, limit: GuaranteedLimit, size: float, load_factor: float, kind: str, slip: Array) -> dict[str, str | float]:
+def _run(limit: GuaranteedLimit, size: float, load_factor: float, kind: str, slip: Array) -> dict[str, str | float]:
     row: dict[str, str | float] = {
         "load_factor": load_factor,
         "share": load_factor / limit.load_factor if limit.load_factor > 0 else np.inf,
         "start": kind,
         "moved": float(np.abs(slip - limit.slip).max() / size) if "witness" in kind else np.nan,
     }
-    asked, steps = (limit.system, from_its_middle(cycle, load_factor), limit.friction, 1.0), None if limit.system.tangents == 1 else _STEPS
+    asked, steps = (limit.system, from_its_middle(limit.cycle, load_factor), limit.friction, 1.0), None if limit.system.tangents == 1 else _STEPS
     try:
         steady = steady_state(*asked, **_begin(limit, load_factor, slip), steps=steps)
     except NoContinuation:

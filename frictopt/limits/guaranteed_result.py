@@ -153,10 +153,10 @@ class GuaranteedLimit(Rated):
         if self.constraints:
             raise ModelError(f"after_overload: the limit is under {', '.join(self.constraints)}; ask a limit without constraints of your own")
         factor = finite_number("load_factor", self.shakedown.load_factor if load_factor is None else load_factor, least=0.0)
-        left = import_module("frictopt.histories.guarantee").left_by_overload(self, self._task.cycle, factor)  # here, for transients need the limits
+        left = import_module("frictopt.histories.guarantee").left_by_overload(self, factor)  # here, for transients need the limits
         most = left if self._task.most is None else np.minimum(left, self._task.most)
         model = import_module("frictopt.limits.guaranteed").GuaranteedModel
-        limit: GuaranteedLimit = model(self.system, self._task.cycle, slip_bound=most, simplify=self._task.simplify).solve(self.friction)
+        limit: GuaranteedLimit = model(self.system, self.cycle, slip_bound=most, simplify=self._task.simplify).solve(self.friction)
         return limit
 
     def verify(self, *, starts: int = 1000, moved: int = 5, above: float = 1.02, seed: int = 0) -> Any:
@@ -203,7 +203,7 @@ class GuaranteedLimit(Rated):
         (True, True)
         """
         verify = import_module("frictopt.histories.guarantee").verify  # here, for transients need the limits
-        return verify(self, self._task.cycle, starts, moved, above, seed)
+        return verify(self, starts, moved, above, seed)
 
     def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
         return "guaranteed limit", self.load_factor, None, self.reason
