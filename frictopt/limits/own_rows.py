@@ -118,7 +118,7 @@ def _own_rows(constraints: Mapping[str, Any], known: set[int], meant: Mapping[in
     rows: list[cp.Constraint] = []
     last: list[tuple[int, str, int]] = []
     for name, given in constraints.items():
-        constraint = _checked(name, given, known, meant)
+        constraint = _checked(name, given, meant)
         conic, _ = Dcp2Cone(quad_obj=False).apply(cp.Problem(cp.Minimize(0), [constraint]))
         called = name if any(given.label == other for _, other, _ in last) else given.label or name
         for part in conic.constraints:
@@ -170,7 +170,7 @@ def _over(row: cp.Constraint, largest: Array, swap: Mapping[int, cp.Expression])
     return cp.SOC(bound / largest.reshape(bound.shape), vectors / (across if vectors.ndim > 1 else largest[0]), axis=row.axis)
 
 
-def _checked(name: str, given: Any, known: set[int], meant: Mapping[int, cp.Expression]) -> cp.Constraint:
+def _checked(name: str, given: Any, meant: Mapping[int, cp.Expression]) -> cp.Constraint:
     """A constraint of the user's own on the variables of a problem."""
     if not isinstance(given, cp.Constraint):
         raise ModelError(f"{name}: {shown(given)}; give a cvxpy constraint on slip, load_factor, q and p of the model, such as model.slip <= 1e-3")
