@@ -1,7 +1,7 @@
 """The command line: `frictopt look`, `condense`, `limit`, `study` and `merge`, from files to limits, tables and pictures.
 
-Exit codes: 0 done, 2 bad input, 3 no answer that passes the checks, 4 a file that cannot be read or written, 130 interrupted, 141 nobody
-read its output to the end (`| head`).
+Exit codes: 0 done, 2 bad input, 3 no answer that passes the checks, 4 a file that cannot be read or written, 130 interrupted (Ctrl-C, SIGTERM),
+141 nobody read its output to the end (`| head`).
 """
 
 import argparse

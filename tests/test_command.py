@@ -1,6 +1,7 @@
 """The command line: from files to the answers of the functions, and errors with their exit codes."""
 
 import os
+import signal
 import subprocess
 import sys
 import warnings
@@ -252,12 +253,16 @@ def test_bad_numbers_of_a_study_are_refused(option, message, capsys):
     assert main(["study", "study.toml", option]) == 2 and message in capsys.readouterr().err and not list(Path.cwd().glob("*.sqlite"))
 
 
-def test_an_interrupt_ends_with_its_code(monkeypatch, capsys):
-    def interrupted(*_args, **_options):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("frictopt.limits.shakedown_limit", interrupted)
-    assert main([*LIMIT, *CORNERS]) == 130 and "interrupted" in capsys.readouterr().err
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_ends_with_its_code(number, monkeypatch, capsys):
+    """So does a scheduler's signal, which left workers behind."""
+    monkeypatch.setattr("frictopt.limits.shakedown_limit", lambda *_args, **_options: signal.raise_signal(number))
+    before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    try:
+        assert main([*LIMIT, *CORNERS]) == 130 and "interrupted" in capsys.readouterr().err
+        assert signal.getsignal(signal.SIGTERM) == signal.SIG_IGN  # as it was
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def test_help_imports_no_solver():

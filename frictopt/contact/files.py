@@ -1,6 +1,7 @@
 """Files: those to be written, checked before anything is computed; that of a contact system, an npz archive of plain arrays; and what is printed."""
 
 import os
+import signal
 import sys
 import zipfile
 from collections.abc import Iterator
@@ -35,11 +36,16 @@ def output(name: str | Path, *endings: str) -> Path:
 
 @contextmanager
 def to_its_end() -> Iterator[None]:
-    """What a command prints is written when it ends; where nobody reads it to its end (`| head`), the exit status is 141."""
+    """What a command prints is written when it ends; where nobody reads it to its end (`| head`), the exit status is 141.
+
+    SIGTERM, by which schedulers and `timeout` end a command, is an interrupt: workers would outlive it otherwise.
+    """
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         try:
             yield
         finally:
+            signal.signal(signal.SIGTERM, before)
             sys.stdout.flush()
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for Python flushes once more when it ends
