@@ -16,7 +16,7 @@ SECOND = {MeshTri: MeshTri2, MeshQuad: MeshQuad2, MeshTet: MeshTet2, MeshHex: Me
 
 def box(kind, *sides, bulge=None, steps=2, linear=False):
     """A box of given (low, high) along each axis; `bulge` moves all nodes of the quadratic mesh, corners and others."""
-    straight = kind.init_tensor(*(np.linspace(*side, steps + 1) for side in sides))
+    straight = kind.init_tensor(*(np.linspace(*side, n + 1) for side, n in zip(sides, np.broadcast_to(steps, len(sides)), strict=True)))
     named = {f"{'xyz'[axis]}{end}": (lambda x, a=axis, c=side[end]: np.isclose(x[a], c)) for axis, side in enumerate(sides) for end in (0, 1)}
     straight = straight.with_boundaries(named)
     if linear:
@@ -97,25 +97,39 @@ def test_a_curved_face_hands_over_forces_and_moments_and_lets_bodies_turn(kind):
         assert np.abs(system.S @ z).max() < 1e-11 * np.abs(system.S).max() and reaction @ z == pytest.approx(-work, abs=1e-11)
 
 
-@pytest.mark.parametrize("kind", SECOND)
-def test_pure_bending_is_exact_without_lateral_strain(kind):
-    """u_x = x y, u_y = - x^2 / 2, by elements that linear meshes are given: a section stays plane, so its midside nodes need not follow."""
-    d, material = dimensions(kind), fo.Material(3.0, 0.0)
+def bent(kind, nu, element):
+    """Two glued boxes, 4 long and 1 high together, that couples bend by the curvature 1: the model and its fields."""
+    d, material = dimensions(kind), fo.Material(3.0, nu)
     depth = [(0.0, 0.7)] * (d - 2)
     bodies = {
-        "left": fo.Body(box(kind, (0.0, 1.0), (-0.5, 0.5), *depth, linear=True), material, "quadratic"),
-        "right": fo.Body(box(kind, (1.0, 4.0), (-0.5, 0.5), *depth, linear=True), material, "quadratic"),
+        "left": fo.Body(box(kind, (0.0, 1.0), (-0.5, 0.5), *depth, linear=True), material, element),
+        "right": fo.Body(box(kind, (1.0, 4.0), (-0.5, 0.5), *depth, steps=(6, 2, 2)[:d], linear=True), material, element),
     }
     held = [fo.Support("left", "x0", "x"), fo.Support("left", (0.0, 0.0, 0.0)[:d], "y" if d == 2 else "yz")]
     held += [fo.Support("left", (0.0, 0.5, 0.0), "z")] if d == 3 else []
     bend = {"M": [fo.Traction("right", "x1", x=lambda x, y, *z: 3.0 * y)]}
     model = fo.ContactModel(bodies, held, bend, [fo.Contact("right", "left", "x0", "x1")])
-    fields = model.recover({"M": 1.0}, np.zeros((model.condense().nodes, d - 1) if d == 3 else model.condense().nodes))
-    for name, body in bodies.items():
+    return model, model.recover({"M": 1.0}, np.zeros((model.condense().nodes, d - 1) if d == 3 else model.condense().nodes))
+
+
+@pytest.mark.parametrize("kind", SECOND)
+def test_pure_bending_is_exact_without_lateral_strain(kind):
+    """u_x = x y, u_y = - x^2 / 2, by elements that linear meshes are given: a section stays plane, so its midside nodes need not follow."""
+    model, fields = bent(kind, 0.0, "quadratic")
+    for name, body in model.bodies.items():
         x, y = body.mesh.p[:2]
         assert np.allclose(fields.displacement[name][:2], [x * y, -(x**2) / 2], rtol=0, atol=1e-10)
         assert np.allclose(fields.stress[name][0], 3 * y, atol=1e-9) and np.abs(fields.stress[name][1:3]).max() < 1e-9
         assert np.allclose(fields.strain[name][0], y, atol=1e-9)
+
+
+@pytest.mark.parametrize(("nu", "linear"), [(0.3, 1 / 2), (0.49, 1 / 7)])
+def test_quadratic_tetrahedra_do_not_lock(nu, linear):
+    """Linear ones of the same mesh bend by a part of what they should."""
+    for element, curvature, error in (("quadratic", 1.0, 0.003), ("linear", linear, 0.15)):
+        model, fields = bent(MeshTet, nu, element)
+        axis = [np.flatnonzero((model.bodies["right"].mesh.p.T == [x, 0.0, 0.0]).all(axis=1))[0] for x in (2.0, 3.0, 4.0)]
+        assert -fields.displacement["right"][1, axis] @ [1.0, -2.0, 1.0] == pytest.approx(curvature, rel=error)
 
 
 HUMP = 0.2
