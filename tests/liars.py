@@ -11,8 +11,8 @@ HONEST = policy._run
 def lying(monkeypatch, lie):
     """Let every optimum pass through `lie(problem, solver)`, which changes values of the problem, or returns what is said in its place."""
 
-    def run(problem, name):
-        outcome = HONEST(problem, name)
+    def run(problem, name, *above):
+        outcome = HONEST(problem, name, *above)
         return (outcome == cp.OPTIMAL and lie(problem, name)) or outcome
 
     monkeypatch.setattr(policy, "_run", run)

@@ -94,7 +94,7 @@ def test_a_claim_that_there_is_no_state_is_checked(monkeypatch):
 
 
 def test_a_solver_that_stops_is_no_proof(monkeypatch):
-    monkeypatch.setattr(policy, "_run", lambda problem, name: "stopped")
+    monkeypatch.setattr(policy, "_run", lambda *_: "stopped")
     with pytest.raises(fo.SolverError, match=r"mixed-integer program: no answer.*stopped"):
         ExactIncrement(CONTACT, FRICTION).solve(SLIP, LOAD)
 

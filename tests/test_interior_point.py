@@ -56,6 +56,17 @@ def test_both_objectives_are_one_over_their_own_size_where_that_is_small(seed):
     assert value == pytest.approx(np.copysign(0.01, optimum), rel=1e-8) and bound == pytest.approx(value, rel=1e-8)
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_it_ends_early_only_where_multipliers_prove_that_the_optimum_is_not_above_a_number(seed):
+    problem, optimum = planted(np.random.default_rng(seed), n=9, numbers=9, circles=9, defined=2)
+    for off in (-1.0, -0.01, -1e-6):
+        policy._run(problem, "INTERIOR_POINT", optimum + off)
+        assert StandardForm(problem).bounds == pytest.approx([optimum] * 2, rel=1e-8)
+    steps = problem.solver_stats.num_iters
+    policy._run(problem, "INTERIOR_POINT", optimum + 10.0)
+    assert optimum < StandardForm(problem).bounds[1] <= optimum + 10.0 and problem.solver_stats.num_iters < steps
+
+
 def test_programs_without_an_optimum_are_told():
     x, g = cp.Variable(3), cp.Variable(2)
     define, ball = g == np.array([[1.0, 2.0, 0.0], [0.0, 1.0, -1.0]]) @ x, cp.norm(x) <= 1
@@ -172,7 +183,7 @@ def test_the_equations_of_a_step_hold_whichever_way_they_are_solved(inverted, de
     rng, asked, honest = np.random.default_rng(4), [], interior_point._solved
     monkeypatch.setattr(interior_point, "_solved", lambda *program: asked.append(program) or honest(*program))
     fo.shakedown_limit(random_contact(rng, 12), cycle(), 0.4, solver="INTERIOR_POINT")
-    program, cones = asked[0]
+    program, cones, _ = asked[0]
     assert not program.inverted
     n, program.inverted = len(program.objective), inverted
     scaling = Scaling(cones, inside(rng, cones, depth), depth * inside(rng, cones, depth))

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+import spatial
 from frictopt.limits.question import pose
 from frictopt.limits.separated_sets import open_set_limit
 from frictopt.solve import solvers as policy
@@ -90,6 +91,25 @@ def test_random_contacts_rest_at_the_limit_and_above_a_proven_one_nothing_does(s
     assert rests(contact, CYCLE, friction, limit.load_factor, initial_state=limit.state)
     for factor in (1 + 2e-6, 1.001, 1.05, 1.5) if limit.proven else ():
         assert not resting_starts(contact, CYCLE, friction, factor * limit.load_factor, limit.slip, 10, rng), factor
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("large", [1, 400])
+def test_sets_of_open_nodes_are_given_up_only_where_their_limit_is_not_above_a_load_factor(seed, large, monkeypatch):
+    monkeypatch.setattr(policy, "_LARGE", large)
+    rng = np.random.default_rng(seed)
+    contact, opened = spatial.random_contact(rng, 6), np.arange(6) < seed % 3
+    cases = {name: r + (name == "mean") * np.r_[np.zeros(12), -5.0 * opened] for name, r in spatial.vectors(contact).items()}
+    contact = fo.ContactSystem(contact.S, contact.points, cases)
+    model, task = fo.ShakedownModel(contact, spatial.cycle()), pose(contact, spatial.cycle(), 0.6)
+    limit = open_set_limit(model, task, opened)
+    assert limit is not None and 0 < limit.load_factor < np.inf
+    for share in (0.5, 0.999, 1 - 1e-7):
+        found = open_set_limit(model, task, opened, share * limit.load_factor)
+        assert (found.load_factor, found.bound) == pytest.approx((limit.load_factor, limit.load_factor), rel=1e-8)
+    for share in (1.001, 3.0):
+        with pytest.raises(fo.SolverError, match="so not above"):
+            open_set_limit(model, task, opened, share * limit.load_factor)
 
 
 def test_programs_that_were_solved_before_with_several_threads_change_nothing():

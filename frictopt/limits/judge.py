@@ -7,6 +7,7 @@ from typing import TypeAlias, TypeVar
 import numpy as np
 
 from ..contact import FLOOR, RESIDUAL, Array, LimitKind, SolveRecord
+from ..errors import SolverError
 from ..solve.standard_form import StandardForm
 from .answered import Answered, Mechanism
 from .parts import on_whole
@@ -20,10 +21,15 @@ End: TypeAlias = tuple[float, Array, Mechanism]
 FAR = 1e3  # the proof that nothing is safe holds for slips at least `1 / FAR / RESIDUAL` times as large as those of the loads
 
 
-def judged(v: SafeSet, end: End | None = None, *, least: bool = False) -> ShakedownLimit:
+def judged(v: SafeSet, end: End | None = None, *, least: bool = False, above: float = -np.inf) -> ShakedownLimit:
     """Judge the limit that stands in a program, or another end, by the referee, and from above by its mechanism, which is scaled to unit drive.
 
     At the least safe load factor, which is judged from below, more load helps, so that its mechanism has a negative drive.
+
+    Raises
+    ------
+    SolverError
+        The mechanism proves that no limit is `above` a load factor: however far it is from the best one, no better one is looked for.
     """
     task, sense = v.task, -1 if least else 1
     load_factor, slip, motion = end or (v.solved_load_factor, v.solved_slip, v.motion()[0])
@@ -32,6 +38,8 @@ def judged(v: SafeSet, end: End | None = None, *, least: bool = False) -> Shaked
         return ShakedownLimit(load_factor, slip, SolveRecord(), task, motion, LimitKind.FINITE, np.inf)
     motion = motion.scaled(sense / drive)
     bound, off = resistance / drive, defect(v, motion, slip)
+    if bound + off / FAR / RESIDUAL <= above:
+        raise SolverError(f"the limit is at most {bound:g}, so not above {above:g}")
     gap = (abs(bound - load_factor) + off) / max(load_factor, FLOOR * task.load_unit)
     task, slip, motion = on_whole(task, slip, motion)
     residual = float(np.nan_to_num(max(task.violation(load_factor, slip), gap), nan=np.inf))

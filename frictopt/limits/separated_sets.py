@@ -39,8 +39,9 @@ def best_open_set(task: LimitQuestion, most_sets: int) -> ShakedownLimit | None:
         for other in others[: most_sets - len(tried)]:
             tried.add(other.tobytes())
             with suppress(FrictoptError):  # one without an answer that passes the checks is none of those known to rest
-                limit = open_set_limit(model, task, other)
-                best = limit if limit is not None and (best is None or limit.load_factor > best.load_factor) else best
+                least = -np.inf if best is None else best.load_factor
+                limit = open_set_limit(model, task, other, least)
+                best = limit if limit is not None and limit.load_factor > least else best
         if best is None:
             waiting = waiting + others
         elif best is not found:
@@ -70,18 +71,18 @@ def _moved(opened: Booleans, active: list[int], plane: bool) -> Iterator[Boolean
             yield other
 
 
-def open_set_limit(model: ShakedownModel, task: LimitQuestion, opened: Booleans) -> ShakedownLimit | None:
+def open_set_limit(model: ShakedownModel, task: LimitQuestion, opened: Booleans, above: float = -np.inf) -> ShakedownLimit | None:
     """The limit with the nodes `opened` (N,) open and the others closed; None if no load factor has such a state, or it leaves a body free.
 
     Raises
     ------
     SolverError
-        No solver gave an answer that passes the checks.
+        No solver gave an answer that passes the checks, or the limit is proven not to be `above` a load factor.
     """
     if opened.all():
         return _all_open(task)
     rest = rest_of(task, opened) if opened.any() else task
-    limit = None if rest is None else model.of_set(rest)
+    limit = None if rest is None else model.of_set(rest, above=above)
     return None if limit is None or np.isnan(limit.load_factor) else limit
 
 

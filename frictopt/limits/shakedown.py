@@ -11,6 +11,7 @@ Its dual is a mechanism of negative drive: the mean load does work on it, which 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from time import perf_counter
 from typing import Any
 
@@ -137,8 +138,10 @@ class ShakedownModel(SafeModel):
             limit = limit if (opened.kind, opened.constraints) == none else opened
         return limit
 
-    def of_set(self, task: LimitQuestion, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> ShakedownLimit:
-        """The limit with all nodes closed, or of the closed ones, see `rest_of`; maybe under constraints of the user's own, or for an objective."""
+    def of_set(
+        self, task: LimitQuestion, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None, above: float = -np.inf
+    ) -> ShakedownLimit:
+        """The limit of closed nodes, see `rest_of`, maybe by the user's rows or objective; a SolverError once it is proven not to be `above` one."""
         under, solver = bool(own) or objective is not None, self._solver
         plane, known = task.system.tangents == 1, None
         if plane and task.simplify and not under and solver is None and task.lift is None and task.uncoupled and (known := in_closed_form(task)):
@@ -156,8 +159,9 @@ class ShakedownModel(SafeModel):
             claim = (None if under else refuted(v)) or no_limit(task, solver)
             return claim if not under or (claim and claim.kind is LimitKind.NO_SAFE_SLIP) else no_limit_under(v, solver)
 
+        claimed = partial(judged_by_rows, v) if under else partial(judged, v, above=above)
         try:
-            limit = known or answered(solve(v.problem, lambda: judged_by_rows(v) if under else judged(v), solver, no_optimum=no_limit_here), v)
+            limit = known or answered(solve(v.problem, claimed, solver, no_optimum=no_limit_here, above=above / v.task.load_unit), v)
         except SolverError:  # circles that end in their apex leave solvers few digits
             known = by_scaling(task, solver) if unpressed and under else None
             if not known:

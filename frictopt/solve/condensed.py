@@ -43,8 +43,8 @@ class Condensed:
 
     Attributes
     ----------
-    right, objective
-        Of the rows and unknowns that are left.
+    right, objective, constant
+        Of the rows and unknowns that are left; what the objective of all is more.
     sparse, transposed, block, turned
         (rows, n + b), its transpose, (b, n), and its transpose, in the order of rows.
     shared, inverted
@@ -86,6 +86,7 @@ class Condensed:
         self.transposed = csr_array(self.sparse.T)
         self.inverted = 0 < len(self.block) < len(kept) and bool(np.diff(self.transposed.indptr).all())
         self.right, self.objective = right[zero:] - on_defined @ self._start, objective[self._kept] + define.T @ self._costs
+        self.constant = float(self._costs @ self._start)
 
     def rows(self, y: Array) -> Array:
         """`A y`."""

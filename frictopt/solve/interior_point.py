@@ -33,12 +33,20 @@ _WAITING = 5  # steps near an optimum that do not halve the least error after wh
 _NEARLY = 1e-7  # errors up to which it ends where rounding leaves no further step, for others to judge, and of a proof that there is no optimum
 _NO_OPTIMUM = 1e-12  # tau over kappa up to which there is no optimum, and rounding is all that the proof lacks
 _STAY = 0.98  # share of the way to the boundary of the cones
+_SURELY = 1e6  # times the error of a bound that it must bear: it holds for unknowns so many times as large
 
 
 class InteriorPoint(CLARABEL):  # type: ignore[misc]
-    """The solver in the order of rows and in the terms of Clarabel's, for `cvxpy.Problem.solve(solver=InteriorPoint())`."""
+    """The solver in the order of rows and in the terms of Clarabel's, for `cvxpy.Problem.solve(solver=InteriorPoint())`.
+
+    It ends early where multipliers prove that the largest objective is not `above` a number.
+    """
 
     SUPPORTED_CONSTRAINTS = (*ConicSolver.SUPPORTED_CONSTRAINTS, SOC)
+
+    def __init__(self, above: float = -np.inf) -> None:
+        super().__init__()
+        self._above = above
 
     def name(self) -> str:
         """Its name."""
@@ -58,7 +66,7 @@ class InteriorPoint(CLARABEL):  # type: ignore[misc]
         starts = dims.nonneg + np.cumsum(sizes) - sizes
         groups = [np.arange(dims.nonneg)[:, None], *(starts[sizes == d][:, None] + np.arange(d) for d in np.unique(sizes))]
         program = Condensed(csr_array(data["A"]), data["b"], data["c"], zero)
-        status, y, z, steps = _solved(program, Cones([group for group in groups if group.size]))
+        status, y, z, steps = _solved(program, Cones([group for group in groups if group.size]), self._above + program.constant)
         x, multipliers = program.whole(y, z)
         found = {"x": x, "z": multipliers, "obj_val": float(data["c"] @ x), "status": status}
         return SimpleNamespace(**found, iterations=steps, solve_time=process_time() - started)
@@ -88,6 +96,8 @@ class _Residuals:
         self.dual, self.primal, self.gap = self.columns + c * tau, self.rows - h * tau, kappa + c @ y + h @ z
         self.work = float(s @ z + kappa * tau) / (degree + 1)
         value, off = max(FLOOR * tau, abs(float(c @ y))) * _AGREE, float(np.abs(self.dual) @ np.maximum(np.abs(y / tau), 1.0))
+        self.bound = float(h @ z) / tau
+        self.proven = self.bound + _SURELY * off / tau
         self.apart = (degree + 1) * self.work / tau / value
         self.error = max(abs(float(c @ y + h @ z)) / value, off / value, float(np.abs(self.primal).max()) / max(1.0, float(np.abs(h).max())) / tau)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -95,18 +105,20 @@ class _Residuals:
         self.lack, self.without_optimum = float(lacks.min()), ("PrimalInfeasible", "DualInfeasible")[lacks.argmin()]
 
 
-def _solved(program: Condensed, cones: Cones) -> tuple[str, Array, Array, int]:
+def _solved(program: Condensed, cones: Cones, above: float = -np.inf) -> tuple[str, Array, Array, int]:
     """Status in Clarabel's words, y, z, and the number of steps."""
     at = _Point(np.zeros(len(program.objective)), cones.unit, cones.unit, 1.0, 1.0)
     best, least, proof, lack, since, step, newton = at, np.inf, ("", at), np.inf, 0, 0, None
     for step in range(_STEPS):
         off = _Residuals(program, at, cones.degree)
-        if newton and off.apart <= _MENDED and off.error > _ENOUGH:
+        if newton and (off.apart <= _MENDED or off.bound <= above) and off.error > _ENOUGH:
             mended = newton.mended(at, off)
             at, off = min((at, off), (mended, _Residuals(program, mended, cones.degree)), key=lambda found: found[1].error)
         proof, lack = ((off.without_optimum, at), off.lack) if off.lack < lack else (proof, lack)
         if lack <= (_ENOUGH if at.tau > _NO_OPTIMUM * at.kappa else _NEARLY):
             return proof[0], proof[1].y, proof[1].z, step
+        if off.proven <= above:
+            return "AlmostSolved", at.y / at.tau, at.z / at.tau, step
         since = 0 if off.error < least / 2 else since + 1
         best, least = (at, off.error) if off.error < least else (best, least)
         if least <= _ENOUGH or (since >= _WAITING and least <= _NEARLY) or not np.isfinite(off.error) or at.tau <= _NO_OPTIMUM * at.kappa:

@@ -158,6 +158,7 @@ def solve(
     *,
     tolerance: float = RESIDUAL,
     no_optimum: Callable[[], C | None] | None = None,
+    above: float = -math.inf,
 ) -> tuple[C, SolveRecord]:
     """Solve with the first solver whose answer passes, a linear or cone program polished if need be; fall back to the next one otherwise.
 
@@ -173,6 +174,8 @@ def solve(
         Largest residual of a claim that passes.
     no_optimum
         Proves why there is no optimum, where a solver says so, and makes a claim of it; None where it finds no proof.
+    above
+        Solvers may end as soon as they know that the largest objective is not above it; `judged` then tells.
 
     Returns
     -------
@@ -193,7 +196,7 @@ def solve(
     if kind == SOCP and linear_goal and sum(variable.size for variable in problem.variables()) >= _LARGE:
         kind = LARGE_SOCP
     for name in solver_order(solver, kind):
-        outcome = _run(problem, name)
+        outcome = _run(problem, name, above)
         if outcome not in _OPTIMAL:
             claim = no_optimum() if outcome in _NO_OPTIMUM and no_optimum else None
             attempts.append(Attempt(name, outcome, claim.residual if claim else float("inf")))
@@ -231,12 +234,12 @@ def solver_order(solver: str | None, kind: str = LP) -> Sequence[str]:
     return (solver,)
 
 
-def _run(problem: cp.Problem, name: str) -> str:
+def _run(problem: cp.Problem, name: str, above: float = -math.inf) -> str:
     """The status with which a solver ends, or its error."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # cvxpy warns of inaccurate answers; here the residual decides, and the status is recorded
         try:
-            solver = InteriorPoint() if name == "INTERIOR_POINT" else name.split("_")[0]
+            solver = InteriorPoint(above) if name == "INTERIOR_POINT" else name.split("_")[0]
             problem.solve(solver=solver, warm_start=False, enforce_dpp=True, **_OPTIONS[name])
         except (cp.SolverError, ValueError, ArithmeticError) as error:
             return str(error).split("\n")[0]
