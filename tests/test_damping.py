@@ -37,6 +37,8 @@ def test_the_element_of_jenkins():
     assert curve.natural_frequency == pytest.approx(np.sqrt((k0 + kt) / m) / (2 * np.pi))
     assert curve.shakedown_limit == pytest.approx(mu * N * (k0 + kt) / kt / np.sqrt(m)) == curve.guaranteed_limit
     assert np.isnan(curve.exponent).tolist() == [True] * 5 + [False]  # of load factors without work
+    least = fo.damping_curve(system, opposed("mode", {"N": N}), mu, [1e-200])  # its square is 0
+    assert least.damping == 0 and least.frequency == pytest.approx(curve.natural_frequency)
     assert np.array_equal(curve.least_damping, curve.damping) and np.array_equal(curve.most_frequency, curve.frequency)
 
 

@@ -178,7 +178,7 @@ def damping_curve(
 
 
 def _damping(force: Array | float, displacement: Array, work: Array) -> Array:
-    return np.asarray(work / (2 * np.pi * force * displacement))
+    return np.asarray(work / displacement / force / (2 * np.pi))  # the product of two tiny ones would be 0
 
 
 def _frequency(force: Array | float, displacement: Array | float) -> Array:
