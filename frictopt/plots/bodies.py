@@ -17,7 +17,7 @@ from ..fem.loads import Pressure, Traction, surface_forces
 from ..fem.model import ContactModel
 from ..fem.recovery import BodyFields, von_mises
 from ..scenes.scene import Scene
-from .style import BLACK, GREY, legend, new_axes, picture, series
+from .style import BLACK, GREY, legend, new_axes, picture, series, slanted
 
 AnyAxes: TypeAlias = Any  # of matplotlib, in the plane or in space
 Mesh: TypeAlias = Any  # of scikit-fem
@@ -52,6 +52,7 @@ def _model(model: ContactModel, ax: AnyAxes | None = None) -> AnyAxes:
     length = _LENGTH[in_space] * float((ends[1] - ends[0]).max())
     for number, (name, body) in enumerate(model.bodies.items()):
         _body(axes, body.mesh, number, name, 0.04, 0.5)
+    tilt = slanted([str(contact.name) for contact in model.contacts], "right", "top")
     for number, contact in enumerate(model.contacts):
         mesh, label = model.bodies[contact.body_1].mesh, "contact" if number == 0 else None
         facets = mesh.boundaries[contact.boundary_1]
@@ -62,9 +63,10 @@ def _model(model: ContactModel, ax: AnyAxes | None = None) -> AnyAxes:
         if len(model.contacts) > 1:
             middle = mesh.p[:, mesh.facets[:, facets]].mean(axis=(1, 2))
             if in_space:
-                axes.text(*middle, contact.name, bbox=_NAME, zorder=_ABOVE)
+                axes.text(*middle, contact.name, "z" if tilt else None, bbox=_NAME, zorder=_ABOVE)
             else:
-                axes.annotate(contact.name, middle, (0, -28), textcoords="offset points", ha="center", va="top", bbox=_NAME, arrowprops=_TO_NAME)
+                look = {"ha": "center", "va": "top"} | tilt
+                axes.annotate(contact.name, middle, (0, -28), textcoords="offset points", bbox=_NAME, arrowprops=_TO_NAME, **look)
     _supports(axes, model)
     for number, case in enumerate(model.loads, start=len(model.bodies)):
         _load(axes, model, case, length, series(number)["color"])

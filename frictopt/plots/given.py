@@ -2,19 +2,17 @@
 
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
 from ..contact import Array, ContactSystem, LoadCycle
 from .bodies import finish, spread
 from .nodes import label_panels, lines
-from .style import BLACK, AxesArray, legend, line, new_axes, picture, series
+from .style import BLACK, AxesArray, legend, line, new_axes, picture, series, slanted
 
 _LENGTH = 0.1  # of a normal, over the size of the contact
 _MOST_NORMALS = 60
 _MOST_TICKS = 12  # corners that have a tick each
-_ONE_LINE = 60  # characters of their names side by side
 
 
 @picture.register
@@ -78,9 +76,7 @@ def _cycle(cycle: LoadCycle, ax: Axes | None = None) -> Axes:
     elif count <= _MOST_TICKS:
         axes.set_xlabel("corners in their order")
         names = [cycle.corner_names[corner - 1] for corner in range(count + 1)]
-        axes.set_xticks(np.arange(count + 1), names)
-        if len("".join(names)) > _ONE_LINE:
-            plt.setp(axes.get_xticklabels(), rotation=30, ha="right")
+        axes.set_xticks(np.arange(count + 1), names, **slanted(names, "right", "top"))
     else:
         axes.set_xlabel("corners visited")
     axes.set_ylabel("amplitude at load factor 1")

@@ -16,7 +16,7 @@ from ..contact.parts import runs
 from ..transients import SteadyState
 from .bodies import spread
 from .faces import FLAT, places_of, turned
-from .style import BLACK, GREY, SERIES, AxesArray, Look, one_axes, series
+from .style import BLACK, GREY, SERIES, AxesArray, Look, one_axes, series, slanted
 
 Part = tuple[str, slice]
 _MOST_RULING = 4  # of many corners, those with a line
@@ -73,7 +73,8 @@ def label_contacts(ax: Axes, system: ContactSystem, *, names: bool = True) -> No
     if len(found) > 1:
         if names:
             above = ax.secondary_xaxis("top")
-            above.set_xticks([float(system.x[nodes].mean()) for _, nodes in found], [name for name, _ in found])
+            labels = [name for name, _ in found]
+            above.set_xticks([float(system.x[nodes].mean()) for _, nodes in found], labels, **slanted(labels, "left", "bottom"))
             above.tick_params(length=0)
         for (_, left), (_, right) in pairwise(found):
             ax.axvline((system.x[left][-1] + system.x[right][0]) / 2, color=BLACK, lw=0.6)
@@ -178,7 +179,8 @@ def _map(axes: Axes, system: ContactSystem, values: Array, name: str, most: floa
         axes.scatter([], [], s=size, color=GREY, label="node without friction bound")
     axes.set(xlabel=f"{labels[0]} (length)", ylabel=f"{labels[1]} (length)")
     for contact, place in names.items():
-        axes.annotate(contact, (place[0], place[1]), xytext=(0.0, 8.0), textcoords="offset points", ha="center", zorder=4, bbox=_PLATE)
+        look: Look = {"ha": "center"} | slanted(names, "left", "bottom")
+        axes.annotate(contact, (place[0], place[1]), xytext=(0.0, 8.0), textcoords="offset points", zorder=4, bbox=_PLATE, **look)
     half = np.ptp(places, axis=0) / 2
     half = np.maximum(half, 0.25 * half.max() or 1.0)  # nodes on a line get a map as well
     axes.update_datalim((places.max(axis=0) + places.min(axis=0)) / 2 + half * np.array([[-1.0], [1.0]]))

@@ -1,5 +1,6 @@
 """The look of all pictures."""
 
+from collections.abc import Collection
 from contextlib import AbstractContextManager
 from functools import singledispatch
 from pathlib import Path
@@ -40,6 +41,7 @@ SERIES: tuple[Look, ...] = (
 RC: Look = dict(rc_params_from_file(Path(__file__).with_name("page.mplstyle"), use_default_template=False))
 """The look on a journal page; in pictures of your own `plt.style.use("frictopt.plots.page")`."""
 
+_ONE_LINE = 60  # characters of names side by side
 _SCALE = 1.3  # letters and lines of a picture on a screen, over those on a journal page
 
 
@@ -101,6 +103,11 @@ def new_axes(
 def one_axes(ax: Axes | AxesArray | None, tangents: int) -> Axes:
     """One axes: along a contact in the plane, or for the face of one in space."""
     return new_axes(ax, size=ALONG if tangents == 1 else FACE)[0]
+
+
+def slanted(names: Collection[str], ha: str, va: str) -> Look:
+    """Look of names beside each other: slanted, with that corner at their place, where one line is too short for them."""
+    return {"rotation": 50, "rotation_mode": "anchor", "ha": ha, "va": va} if len("".join(names)) > _ONE_LINE else {}
 
 
 def legend(axes: Axes, title: str | None = None) -> None:
