@@ -148,6 +148,32 @@ def test_the_files_of_pyyeti(tmp_path, limit):
     assert fo.shakedown_limit(system, joint.CYCLE, 0.5).load_factor == pytest.approx(limit, rel=1e-9)
 
 
+def grooved(K, noise, lean=0.5):
+    """The joint on a groove along y, along which its upper block slides but for the noise of the normals."""
+    job = fo.MatrixJob(K, LABELS, joint.POINTS)
+    place = {int(n): i for i, n in enumerate(job.deck.numbers)}
+    pairs, top = np.vectorize(place.get)(joint.PAIRS), np.isin(job.deck.numbers, joint.UPPER.on(2, 1))
+    x = job.points[pairs[:, 0], 0]
+    normals = np.column_stack([lean * (1 - x), 0 * x, 1 + 0 * x]) + noise * np.random.default_rng(0).normal(size=(len(x), 3))
+    forces = {"P": np.zeros(len(K)), "Q": np.zeros(len(K))}
+    forces["P"][job.unknowns[top, 2]], forces["Q"][job.unknowns[top, 0]] = -1.0, 1.0
+    return fo.condense(job.K, forces, pairs, normals, np.where(job.unknowns == -2, -1, job.unknowns), job.points), normals
+
+
+@pytest.mark.parametrize("noise", [1e-9, 1e-7, 1e-5])
+def test_coordinates_of_some_digits_wedge_no_block_in_its_groove(noise):
+    exact, near = (fo.shakedown_limit(grooved(K, amount)[0], joint.CYCLE, 0.5) for amount in (0.0, noise))
+    assert near.load_factor == pytest.approx(exact.load_factor, rel=10 * noise)
+    leaning, normals = grooved(K, 1e-2)  # that much is a shape
+    assert np.allclose(leaning.frames[:, -1], normals / np.linalg.norm(normals, axis=1)[:, None], atol=1e-15)
+
+
+def test_ten_digits_of_a_stiffness_hold_no_body():
+    rounded = np.vectorize(lambda entry: float(f"{entry:.9e}"))(np.pi * K)
+    soft = np.linalg.eigvalsh(grooved(rounded, 0.0)[0].S)
+    assert np.abs(soft[:6]).max() < 1e-14 * soft[-1] and soft[6] > 1e-2 * soft[-1]
+
+
 def test_bricks_of_twenty_nodes_of_nastran(tmp_path):
     """Its cards have the upright edges before the upper ones. Nodal forces of a uniform pressure: a third amid edges, -1/12 at corners."""
     ring = [(0, 0), (1, 0), (1, 1), (0, 1)]

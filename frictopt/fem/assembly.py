@@ -6,6 +6,7 @@ from typing import TypeAlias
 
 import numpy as np
 from scipy.sparse import block_diag, csr_matrix, diags, identity, vstack
+from scipy.sparse.csgraph import connected_components
 
 from ..contact import ROUNDING, SAME_POINT, Array, Integers, place, shown
 from ..errors import ModelError
@@ -18,7 +19,7 @@ from .elements import midside_ties
 from .given import same_point
 from .interface import Interface, frames_of, guided, openings
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
-from .rigid import assemblies, node_graph
+from .rigid import assemblies, free_motions, node_graph
 
 Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Displacement | Interference | BoltPreload
 
@@ -77,6 +78,9 @@ class Assembly:
         self.tied = self._tie(contacts, supports)
         self._pair(contacts)
         self._open(cuts)
+        graph = node_graph(self.stiffness, self.free_rows)
+        motions = free_motions(self.stiffness, self.free_rows, self.points, connected_components(graph, directed=False)[1])
+        self.interface: Interface = self.interface.sliding(motions, self.free_rows)
 
     @cached_property
     def whole(self) -> csr_matrix:

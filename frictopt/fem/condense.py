@@ -56,7 +56,8 @@ def condense(
     normals
         (N, d) directions from body 2 into body 1, of any length; or one, (d,), for all. In the plane the tangent is the normal turned by -90 degrees:
         normal +y, tangent +x. In space the first tangent is x less its part along the normal (y where the normal is nearly x), the second one is
-        normal times first tangent: normal z has the tangents x and y.
+        normal times first tangent: normal z has the tangents x and y. Where a free body slides along all of them but for 1e-4 of its way, as
+        coordinates of few digits have it, they are turned until it slides: no residual slip shall wedge it.
     unknowns
         (nodes, d) rows of K that are the displacements of each node in x, y (and z), -1 where K has none because the displacement is held at zero, -2
         where it has none because the displacement follows others, by an equation that K contains; a node of a contact must not.
@@ -141,8 +142,9 @@ def condense(
     check_forgotten(graph, interface, rows, where)
     check_sides(K, rows, graph, interface, where)
     _, body = connected_components(graph, directed=False)
+    interface = interface.sliding(free_motions(K, rows, where, body, others), rows)
+    known: dict[str, Any] = {"gap": apart, "frames": interface.frames, "contact": np.array(names), "width": width, "E_star": E_star, "units": units}
     S, bonded, L = condensed(K, F, interface, rows, where, graph, lambda node: f"node {node} of body {body[node]}", others)
-    known: dict[str, Any] = {"gap": apart, "frames": frames, "contact": np.array(names), "width": width, "E_star": E_star, "units": units}
     return ContactSystem(S, x, bonded, compliance=L, **known)
 
 

@@ -1,7 +1,7 @@
 """Pairs of nodes that can move relative to each other, their directions, their sides, and their order and widths along contacts in the plane."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,13 +10,14 @@ from scipy.sparse import csc_matrix, csr_matrix, diags, hstack, identity, kron
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import inv
 
-from ..contact import CONDENSATION, SAME_POINT, Array, Booleans, Integers, place
+from ..contact import CONDENSATION, ROUNDING, SAME_POINT, Array, Booleans, Integers, place
 from ..contact.parts import runs
 from ..errors import ModelError
 
 _ASIDE = 1e3 * CONDENSATION  # share of its distance by which a node may be aside, and of its stiffness by which it may be pulled: rounding
 _ONE, _ALL = 8, 0.75  # nodes of one element, which are all joined; share of all nodes that are joined in models that are reduced
 _LIES = 0.5  # least share of a normal in a plane of symmetry: it may lean by half the angle of an edge beside it
+_NEARLY = 1e-4  # a rigid motion that opens contacts by less of its slip slides along them: so do coordinates of five digits, and no wedge
 _ALONG = 0.9  # share of x in a normal from which on the first tangent is taken from y
 
 
@@ -127,6 +128,17 @@ class Interface:
         moves = (unknowns[self.followers[0]] >= 0).astype(float)  # no pair moves across a plane of symmetry
         apart = diags(moves.ravel()) @ kron(self.opening, identity(unknowns.shape[1])) @ (_rows(unknowns, u.shape[0]) @ u)
         return np.asarray((self._turned.T @ apart).toarray())
+
+    def sliding(self, motions: csr_matrix, unknowns: Integers) -> "Interface":
+        """The same, with normals that rigid motions (size, k) slide along exactly where they do so but for the last digits of coordinates."""
+        n, d = self.frames.shape[:2]
+        rigid = np.linalg.qr(self.relative(motions, unknowns))[0]
+        _, opens, turn = np.linalg.svd(rigid[-n:])
+        slides = (rigid @ turn[np.pad(opens, (0, len(turn) - len(opens))) <= _NEARLY].T).reshape(d, n, -1)
+        along, lift = slides[:-1], slides[-1]
+        square = np.einsum("ain,bin->iab", along, along) + ROUNDING * np.eye(d - 1)  # where a body turns about the node, no normal changes
+        lean = np.linalg.solve(square, np.einsum("ain,in->ia", along, lift)[..., None])
+        return replace(self, frames=frames_of(self.frames[:, -1] - np.sum(lean * self.frames[:, :-1], axis=1)))
 
     def glued_graph(self, graph: csr_matrix) -> csr_matrix:
         """Adjacency of the nodes when some follow others, from that of the bodies."""

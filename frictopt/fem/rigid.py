@@ -10,7 +10,7 @@ from ..errors import ModelError
 from .interface import Interface
 
 NO_ROWS: Integers = np.zeros(0, dtype=np.intp)
-_FREE_MOTION = CONDENSATION  # a rigid motion is free if its forces, over the stiffness of the nodes it moves, are smaller: rounding of the stiffness
+_FREE_MOTION = 10 * CONDENSATION  # a rigid motion is free if its forces, over the stiffness of the nodes it moves, are smaller: DMIG has ten digits
 
 
 def node_graph(K: csr_matrix, unknowns: Integers, generalised: Integers = NO_ROWS) -> csr_matrix:
