@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -263,6 +264,11 @@ def test_an_interrupt_ends_with_its_code(number, monkeypatch, capsys):
         assert signal.getsignal(signal.SIGTERM) == signal.SIG_IGN  # as it was
     finally:
         signal.signal(signal.SIGTERM, before)
+
+
+def test_a_command_runs_in_any_thread(capsys):
+    with ThreadPoolExecutor(1) as threads:
+        assert threads.submit(main, ["look", "system.npz"]).result() == 0 and "ContactSystem(" in capsys.readouterr().out
 
 
 def test_help_imports_no_solver():

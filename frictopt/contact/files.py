@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+import threading
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -40,12 +41,14 @@ def to_its_end() -> Iterator[None]:
 
     SIGTERM, by which schedulers and `timeout` end a command, is an interrupt: workers would outlive it otherwise.
     """
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    may = threading.current_thread() is threading.main_thread()  # no other one may say what signals do
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler) if may else None
     try:
         try:
             yield
         finally:
-            signal.signal(signal.SIGTERM, before)
+            if before is not None:
+                signal.signal(signal.SIGTERM, before)
             sys.stdout.flush()
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for Python flushes once more when it ends
