@@ -70,7 +70,7 @@ FAULTS = (
           "compliance"),
     Fault("fem/model.py", "moved supports do no work of their own", "moved.T @ (pulls - drawn)", "moved.T @ pulls", "compliance"),
     Fault("transients/outcome.py", "a steady cycle begins at the mean load", "last = self.cycle.at(self.load_factor)[-1]", "last = {}", "compliance"),
-    Fault("histories/damping.py", "damping of half the loss", "work / (2 * np.pi * force", "work / (4 * np.pi * force", "damping"),
+    Fault("histories/damping.py", "damping of half the loss", "force / (2 * np.pi))", "force / (4 * np.pi))", "damping"),
     Fault("histories/damping.py", "the displacement is the whole range", "path.gap) @ direction) / 2)", "path.gap) @ direction))", "damping"),
     Fault("histories/damping.py", "the range holds the settled start alone", "states += [state", "states += [] and [state", "damping"),
     Fault("fem/matrices/labelled.py", "a mode of any mass", "load / np.sqrt(mass)", "load", "damping"),
