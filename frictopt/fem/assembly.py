@@ -46,7 +46,7 @@ class Assembly:
         (N,) number of the contact, initial gap, and tributary length (axisymmetric and in space area) of the pairs.
     names, joints
         Name of each contact, and how its nodes are joined.
-    interface, sides
+    pairs, sides
         The N pairs, of which a corner of several contacts is in so many as move independently; (N, nodes) matrices of the nodes of body 1, and of the
         places of body 2, that they lie at.
     """
@@ -78,9 +78,6 @@ class Assembly:
         self.tied = self._tie(contacts, supports)
         self._pair(contacts)
         self._open(cuts)
-        graph = node_graph(self.stiffness, self.free_rows)
-        motions = free_motions(self.stiffness, self.free_rows, self.points, connected_components(graph, directed=False)[1])
-        self.interface: Interface = self.interface.sliding(motions, self.free_rows)
 
     @cached_property
     def whole(self) -> csr_matrix:
@@ -97,6 +94,17 @@ class Assembly:
     def stiffness(self) -> csr_matrix:
         """Stiffness of the separate bodies, the faces of each cut tied across its axis."""
         return csr_matrix(self.release[0].T @ self.whole @ self.release[0]) if self.cuts else self.whole
+
+    @cached_property
+    def motions(self) -> csr_matrix:
+        """Rigid motions of single bodies that no support prevents, see `free_motions`."""
+        graph = node_graph(self.stiffness, self.free_rows)
+        return free_motions(self.stiffness, self.free_rows, self.points, connected_components(graph, directed=False)[1])
+
+    @cached_property
+    def interface(self) -> Interface:
+        """The pairs, with normals that free bodies slide along."""
+        return self.pairs.sliding(self.motions, self.free_rows)
 
     def body(self, argument: str, name: str) -> Body:
         """The body of that name."""
@@ -167,13 +175,13 @@ class Assembly:
         kept, means, normals = shares(contacts, number, ones, others, self.points[ones], normals, widths, near)
         opening = csr_matrix(means @ openings(ones, projection))
         normals, able = guided(ones[kept], opening, self.free_rows, normals, self.points, near)
-        self.interface = Interface(ones[kept], opening, frames_of(normals), able)
+        self.pairs = Interface(ones[kept], opening, frames_of(normals), able)
         self.sides = identity(len(self.points), format="csr")[ones[kept]], projection[kept]
         self.contact, self.gap, self.width = number[kept], np.asarray(means @ gap), np.asarray((means > 0) @ np.where(ones == others, 0.0, widths))
 
     def _open(self, cuts: Sequence[Cut]) -> None:
         """Let the far faces of cuts follow the near ones."""
-        self.cuts, taken = [], self.interface.opening.indices
+        self.cuts, taken = [], self.pairs.opening.indices
         for cut in cuts:
             near, far = (self.first_node[cut.body] + face for face in (cut.near, cut.far))
             held = self.free_rows[near][:, np.abs(cut.axis) > SAME_POINT].min() < 0
@@ -187,7 +195,7 @@ class Assembly:
 
     def check_ends(self) -> None:
         """Check that contacts join what lies on either side of a cut, or that supports hold both along its axis."""
-        part = assemblies(node_graph(self.whole, self.rows), self.interface) if self.cuts else np.zeros(0)
+        part = assemblies(node_graph(self.whole, self.rows), self.pairs) if self.cuts else np.zeros(0)
         for cut in self.cuts:
             ends = {int(part[cut.near[0]]), int(part[cut.far[0]])}
             for end in ends if len(ends) == 2 else ():
@@ -215,7 +223,7 @@ class Assembly:
                 first = self.points.shape[1] * self.first_node[part.body]
                 forces[first : first + body.mesh.p.size] += part._forces(body, self.kinematics).ravel()
         if moved.any():
-            following, _, Q = self.interface.followers
+            following, _, Q = self.pairs.followers
             rows, held = self.rows[following], self.free_rows < 0
             follow, whole = Q @ moved[self.rows], Q @ held
             differs = np.abs(moved[rows] * whole - follow) > ROUNDING * np.abs(moved).max()  # on a plane of symmetry from the nodes on it

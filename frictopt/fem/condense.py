@@ -142,9 +142,10 @@ def condense(
     check_forgotten(graph, interface, rows, where)
     check_sides(K, rows, graph, interface, where)
     _, body = connected_components(graph, directed=False)
-    interface = interface.sliding(free_motions(K, rows, where, body, others), rows)
+    motions = free_motions(K, rows, where, body, others)
+    interface = interface.sliding(motions, rows)
     known: dict[str, Any] = {"gap": apart, "frames": interface.frames, "contact": np.array(names), "width": width, "E_star": E_star, "units": units}
-    S, bonded, L = condensed(K, F, interface, rows, where, graph, lambda node: f"node {node} of body {body[node]}", others)
+    S, bonded, L = condensed(K, F, interface, motions, rows, where, graph, lambda node: f"node {node} of body {body[node]}", others)
     return ContactSystem(S, x, bonded, compliance=L, **known)
 
 
@@ -152,6 +153,7 @@ def condensed(
     K: csr_matrix,
     loads: Mapping[str, Array],
     interface: Interface,
+    motions: csr_matrix,
     unknowns: Integers,
     points: Array,
     graph: csr_matrix,
@@ -168,6 +170,8 @@ def condensed(
         Load case name -> nodal forces.
     interface
         Pairs and directions, in as many dimensions as the points have.
+    motions
+        Rigid motions of single bodies that nothing prevents, see `free_motions`.
     unknowns, points
         (nodes, d) rows of K, -1 where held, and coordinates.
     graph
@@ -183,7 +187,6 @@ def condensed(
         Rigid motions that nothing prevents, a stiffness that cannot be eliminated, or not accurately enough.
     """
     check_supports(K, unknowns, points, graph, interface, generalised)
-    motions = free_motions(K, unknowns, points, connected_components(graph, directed=False)[1], generalised)
     relative = slips_of(motions, interface, unknowns)
     F = np.reshape([*loads.values()], (-1, K.shape[0])).T
     T, front = fronts(K, interface, unknowns, points, graph, generalised)

@@ -143,7 +143,7 @@ class ContactModel(Shown, Viewed):
         force, moved, _ = (np.column_stack(columns) for columns in zip(*self._cases.values(), strict=True))
         pulls, drawn = R.T @ force, K @ moved
         F = dict(zip(self._cases, (pulls - drawn).T, strict=True))
-        S, bonded, L = condensed(K, F, interface, parts.free_rows, parts.points, node_graph(K, parts.free_rows), parts.called)
+        S, bonded, L = condensed(K, F, interface, parts.motions, parts.free_rows, parts.points, node_graph(K, parts.free_rows), parts.called)
         L += pulls.T @ moved + moved.T @ (pulls - drawn) + force.T @ (D @ force)  # of moved supports, and of bolts that are cut
         stress = self.kinematics == "plane_stress"
         moduli = {name: body.material.E if stress else body.material.plane_modulus for name, body in self.bodies.items()}

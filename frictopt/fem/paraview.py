@@ -98,7 +98,7 @@ def contact_face(model: ContactModel, fields: BodyFields | None, more: Mapping[s
 
     A node at the tip of a crack, which is in no pair, moves with its body and does not slip; all else there is that of the nearest pair.
     """
-    (cells, tips), points, pairs = _faces(model), model._parts.points, model._parts.interface.nodes
+    (cells, tips), points, pairs = _faces(model), model._parts.points, model._parts.pairs.nodes
     mesh = meshio_library().Mesh(_in_space(points[np.r_[pairs, tips]]), [(_CELLS[own.shape[1]], own) for own in cells])
     mesh.cell_data["contact"] = [np.full(len(own), number, dtype=np.int32) for number, own in enumerate(cells)]
     if fields is None:
@@ -121,12 +121,12 @@ def contact_face(model: ContactModel, fields: BodyFields | None, more: Mapping[s
 def _faces(model: ContactModel) -> tuple[list[Integers], Integers]:
     """(m, k) pairs at the corners of each facet of body 1, for each contact, and the nodes that are in no pair: these are counted after the pairs."""
     parts, found = model._parts, list[tuple[Integers, Integers]]()
-    at, near = parts.points[parts.interface.nodes], same_point(parts.points)
+    at, near = parts.points[parts.pairs.nodes], same_point(parts.points)
     for number, contact in enumerate(model.contacts):
         body, own = parts.bodies[contact.body_1], np.flatnonzero(parts.contact == number)
         corners = parts.first_node[contact.body_1] + facets_around(body.mesh, body.boundary(contact.boundary_1, "contacts"))
         pair = np.full(len(parts.points), -1)
-        pair[parts.interface.nodes[own]] = own
+        pair[parts.pairs.nodes[own]] = own
         distance, nearest = cKDTree(at).query(parts.points[corners])  # a corner may be in a pair of another contact
         place = np.where((pair[corners] < 0) & (distance <= near), nearest, pair[corners])
         found.append((corners, place))
