@@ -8,7 +8,7 @@ import pytest
 from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
-from meshes import blocks, hung, ring, rotation, turned, two_blocks, uniform_loads, wedge
+from meshes import blocks, extruded, hung, ring, rotation, turned, two_blocks, uniform_loads, wedge
 
 FLAT, SOLID = (list(product(kinds, repeat=2)) for kinds in ((MeshQuad, MeshTri), (MeshTet, MeshHex)))
 
@@ -165,6 +165,30 @@ def test_a_fit_slides_at_its_torque_unless_its_facets_wedge_the_part_that_turns(
     gross = 0.2 * system.bonded["fit"][1].sum() / abs(system.bonded["torque"][0].sum())
     free, bound = (fo.shakedown_limit(system, cycle, 0.2, **options).load_factor for options in ({}, {"slip_bound": 0.01}))
     assert bound == pytest.approx(gross, rel=5e-3) and free == (np.inf if exchanged else pytest.approx(gross, rel=1e-3))
+
+
+@pytest.mark.parametrize("kind", [MeshQuad, MeshTri, MeshHex, MeshTet])
+def test_a_fit_turns_without_wedging_whatever_its_elements(kind):
+    """Of uneven size, with diagonals or not: its normals go through the axis, and it slides at friction times the sum of pressures."""
+    whole = ring([0.3, 0.6, 1.0, 1.6, 2.4], 24, "bore", "rim")
+    angle = np.arctan2(*whole.p[::-1])
+    radius, angle = np.hypot(*whole.p), angle + 0.3 * np.sin(angle)
+    whole = MeshQuad(radius * np.array([np.cos(angle), np.sin(angle)]), whole.t)
+    mesh = {MeshQuad: whole, MeshTri: whole.to_meshtri(), MeshHex: extruded(whole), MeshTet: extruded(whole).to_meshtet()}[kind]
+    mesh = mesh.with_boundaries({"bore": lambda x: np.hypot(*x[:2]) < 0.31, "rim": lambda x: np.hypot(*x[:2]) > 2.3})
+    mesh = mesh.with_subdomains({"pin": lambda x: np.hypot(*x[:2]) < 0.99, "plate": lambda x: np.hypot(*x[:2]) > 0.99})
+    model = fo.ContactModel(
+        fo.split_bodies(mesh, dict.fromkeys(("pin", "plate"), fo.Material(nu=0.0))),
+        contacts=[fo.Contact("pin", "plate", "plate", "pin", name="fit")],
+        supports=[fo.Support("plate", "rim")],
+        loads={"fit": [fo.Interference("fit", 0.01)], "torque": [fo.Traction("pin", "bore", x=lambda x, y, *_: -y, y=lambda x, *_: x)]},
+    )
+    system = model.condense()
+    assert np.allclose(system.normals[:, :2], -system.points[:, :2]) and np.allclose(system.normals[:, 2:], 0.0)
+    limit = fo.shakedown_limit(system, fo.LoadCycle({"fit": 1.0}, [{"torque": 1.0}]), 0.1)
+    x, y, *_ = np.array([system.points.T, np.einsum("nr,nra->an", np.column_stack(system.bonded["torque"]), system.frames)]).swapaxes(0, 1)
+    torque = abs(x[0] @ y[1] - y[0] @ x[1])
+    assert limit.load_factor == pytest.approx(0.1 * system.bonded["fit"][1].sum() / torque, rel=5e-3) and limit.largest_slip < 0.01
 
 
 @pytest.mark.parametrize("start", [0.0, 0.02, 0.06, 0.1])

@@ -14,8 +14,8 @@ from ..contact import COUNTS, SAME_POINT, Array, Integers, check_text, finite_nu
 from ..contact.parts import checked_springs
 from ..errors import ModelError
 from .bodies import Body
-from .elasticity import Kinematics, Part, boundary_forces, circumference, values_at
-from .faces import Overlaps, areas_of, course, facet_overlaps, facets_around, mortar_projection, sag
+from .elasticity import Kinematics, Part, circumference, values_at
+from .faces import Overlaps, areas_of, course, facet_overlaps, facets_around, mortar_projection, node_normals, sag
 from .given import same_point
 
 _FACED = 0.5  # least share of a facet of body 1 that faces body 2: the ends and rims of round faces miss each other by their sag
@@ -152,7 +152,7 @@ def joined(contact: Contact, body_1: Body, body_2: Body, kinematics: Kinematics)
     facets, others = body_1.boundary(contact.boundary_1, start), body_2.boundary(contact.boundary_2, other)
     one, two, x, y = facets_around(body_1.mesh, facets), facets_around(body_2.mesh, others), body_1.mesh.p.T, body_2.mesh.p.T
     nodes, near = np.unique(one) if kinematics == "space" else course(body_1, contact.boundary_1, start), same_point(x)
-    inward = boundary_forces(body_1.mesh, facets, lambda _, normals: -normals, "space").T[nodes]
+    inward = node_normals(one, x)[nodes]
     overlaps = facet_overlaps(one, x, two, y)
     _check_faced(contact, overlaps, x[one])
     depth = circumference(np.sum(overlaps.phi * x[overlaps.own, 0], axis=1), kinematics)

@@ -133,7 +133,7 @@ class Interface:
         """The same, with normals that rigid motions (size, k) slide along exactly where they do so but for the last digits of coordinates."""
         n, d = self.frames.shape[:2]
         rigid = np.linalg.qr(self.relative(motions, unknowns))[0]
-        _, opens, turn = np.linalg.svd(rigid[-n:])
+        _, opens, turn = np.linalg.svd(np.linalg.qr(rigid[-n:], mode="r"))
         slides = (rigid @ turn[np.pad(opens, (0, len(turn) - len(opens))) <= _NEARLY].T).reshape(d, n, -1)
         along, lift = slides[:-1], slides[-1]
         square = np.einsum("ain,bin->iab", along, along) + ROUNDING * np.eye(d - 1)  # where a body turns about the node, no normal changes

@@ -11,7 +11,7 @@ from ...contact import Array, Integers, finite_array, finite_number, frozen, rea
 from ...errors import ModelError
 from ..elasticity import boundary_forces
 from ..elements import facet_nodes, midside_ties
-from ..faces import lines_along
+from ..faces import facets_around, lines_along, node_normals
 from .constraints import rows_of_nodes
 from .labelled import LabelledMatrix
 from .meshes import between
@@ -173,7 +173,7 @@ class MatrixJob(LabelledMatrix):
         return np.column_stack([nearest, two])
 
     def normals(self, face: str | ArrayLike) -> Array:
-        """(N, d) unit normals that point out of the body at the corner nodes on a face, the mean over the facets weighted by their size.
+        """(N, d) unit normals that point out of the body at the corner nodes on a face: of the circle or sphere through nodes around, Max (1999).
 
         Parameters
         ----------
@@ -186,8 +186,9 @@ class MatrixJob(LabelledMatrix):
             Nodes that no facet of the outline joins; see `nodes`.
         """
         nodes = self._corners(face)
-        sums = boundary_forces(self.mesh, between(self.mesh, nodes, self._known.numbers), lambda _, normals: normals, "space").T[nodes]
-        return frozen(sums / np.linalg.norm(sums, axis=1)[:, None])
+        facets = facets_around(self.mesh, between(self.mesh, nodes, self._known.numbers))
+        inward = node_normals(facets, self.mesh.p.T)[nodes]
+        return frozen(-inward / np.linalg.norm(inward, axis=1)[:, None])
 
     def force(self, where: str | ArrayLike, *, traction: object = None, pressure: object = None, total: object = None, nodal: object = None) -> Array:
         """(n,) nodal forces of one load, said in one of four ways; on displacements that follow others they go to these, on held ones to the ground.
