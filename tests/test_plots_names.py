@@ -21,7 +21,7 @@ def feet(tangents):
     points = np.column_stack([place, *[np.tile([0.0, 0.0, 0.6, 0.6], 9)] * (tangents - 1), np.zeros(n)])
     names, one, none = np.repeat(FEET, 2 * tangents), np.ones(n), np.zeros(n)
     loads = {"P": np.concatenate([*[none] * tangents, one]), "Q": np.concatenate([0.2 * one, *[none] * tangents])}
-    frames = np.broadcast_to(np.eye(tangents + 1)[[*range(tangents), tangents]], (n, tangents + 1, tangents + 1)).copy()
+    frames = np.tile(np.eye(tangents + 1), (n, 1, 1))
     if tangents == 2:
         frames[:4] = frames[:4] @ [[1, 0, 0], [0, 0.8, 0.6], [0, -0.6, 0.8]]
     return fo.ContactSystem(np.eye((tangents + 1) * n), points, loads, frames=frames, contact=names)

@@ -178,8 +178,8 @@ def _map(axes: Axes, system: ContactSystem, values: Array, name: str, most: floa
     if np.isnan(values[closed]).any():
         axes.scatter([], [], s=size, color=GREY, label="node without friction bound")
     axes.set(xlabel=f"{labels[0]} (length)", ylabel=f"{labels[1]} (length)")
+    look: Look = {"ha": "center"} | slanted(names, "left", "bottom")
     for contact, place in names.items():
-        look: Look = {"ha": "center"} | slanted(names, "left", "bottom")
         axes.annotate(contact, (place[0], place[1]), xytext=(0.0, 8.0), textcoords="offset points", zorder=4, bbox=_PLATE, **look)
     half = np.ptp(places, axis=0) / 2
     half = np.maximum(half, 0.25 * half.max() or 1.0)  # nodes on a line get a map as well
