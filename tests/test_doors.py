@@ -149,12 +149,13 @@ def test_the_files_of_pyyeti(tmp_path, limit):
 
 
 def grooved(K, noise, lean=0.5):
-    """The joint on a groove along y, along which its upper block slides but for the noise of the normals."""
+    """The joint on a groove along y, along which its upper block slides but for the noise of the normals, or what is added to them."""
     job = fo.MatrixJob(K, LABELS, joint.POINTS)
     place = {int(n): i for i, n in enumerate(job.deck.numbers)}
     pairs, top = np.vectorize(place.get)(joint.PAIRS), np.isin(job.deck.numbers, joint.UPPER.on(2, 1))
     x = job.points[pairs[:, 0], 0]
-    normals = np.column_stack([lean * (1 - x), 0 * x, 1 + 0 * x]) + noise * np.random.default_rng(0).normal(size=(len(x), 3))
+    normals = np.column_stack([lean * (1 - x), 0 * x, 1 + 0 * x])
+    normals += noise * np.random.default_rng(0).normal(size=(len(x), 3)) if np.isscalar(noise) else noise
     forces = {"P": np.zeros(len(K)), "Q": np.zeros(len(K))}
     forces["P"][job.unknowns[top, 2]], forces["Q"][job.unknowns[top, 0]] = -1.0, 1.0
     return fo.condense(job.K, forces, pairs, normals, np.where(job.unknowns == -2, -1, job.unknowns), job.points), normals
@@ -164,7 +165,12 @@ def grooved(K, noise, lean=0.5):
 def test_coordinates_of_some_digits_wedge_no_block_in_its_groove(noise):
     exact, near = (fo.shakedown_limit(grooved(K, amount)[0], joint.CYCLE, 0.5) for amount in (0.0, noise))
     assert near.load_factor == pytest.approx(exact.load_factor, rel=10 * noise)
-    leaning, normals = grooved(K, 1e-2)  # that much is a shape
+
+
+@pytest.mark.parametrize("added", [1e-2, [[0.0, 4e-4, 0.0]] + 5 * [[0.0, 0.0, 0.0]]])
+def test_normals_that_wedge_a_block_are_a_shape(added):
+    """Of all pairs or of one, which is little in the mean of all."""
+    leaning, normals = grooved(K, added)
     assert np.allclose(leaning.frames[:, -1], normals / np.linalg.norm(normals, axis=1)[:, None], atol=1e-15)
 
 

@@ -56,8 +56,9 @@ def condense(
     normals
         (N, d) directions from body 2 into body 1, of any length; or one, (d,), for all. In the plane the tangent is the normal turned by -90 degrees:
         normal +y, tangent +x. In space the first tangent is x less its part along the normal (y where the normal is nearly x), the second one is
-        normal times first tangent: normal z has the tangents x and y. Where a free body slides along all of them but for 1e-4 of its way, as
-        coordinates of few digits have it, they are turned until it slides: no residual slip shall wedge it.
+        normal times first tangent: normal z has the tangents x and y. Where a free body slides along each of them but for 1e-4 of its way, as
+        coordinates of few digits have it, they are turned until it slides: no residual slip shall wedge it. A taper of less than 1e-4 is lost by
+        that. A body that slides in three ways, as on a plane in space or in a ball, needs them to all digits.
     unknowns
         (nodes, d) rows of K that are the displacements of each node in x, y (and z), -1 where K has none because the displacement is held at zero, -2
         where it has none because the displacement follows others, by an equation that K contains; a node of a contact must not.

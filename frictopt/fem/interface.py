@@ -17,7 +17,7 @@ from ..errors import ModelError
 _ASIDE = 1e3 * CONDENSATION  # share of its distance by which a node may be aside, and of its stiffness by which it may be pulled: rounding
 _ONE, _ALL = 8, 0.75  # nodes of one element, which are all joined; share of all nodes that are joined in models that are reduced
 _LIES = 0.5  # least share of a normal in a plane of symmetry: it may lean by half the angle of an edge beside it
-_NEARLY = 1e-4  # a rigid motion that opens contacts by less of its slip slides along them: so do coordinates of five digits, and no wedge
+_NEARLY = 1e-4  # a rigid motion that opens no pair by more of its slip slides along them: so do coordinates of five digits, and no wedge
 _ALONG = 0.9  # share of x in a normal from which on the first tangent is taken from y
 
 
@@ -138,6 +138,8 @@ class Interface:
         along, lift = slides[:-1], slides[-1]
         square = np.einsum("ain,bin->iab", along, along) + ROUNDING * np.eye(d - 1)  # where a body turns about the node, no normal changes
         lean = np.linalg.solve(square, np.einsum("ain,in->ia", along, lift)[..., None])
+        if np.abs(lean).max() > _NEARLY:  # a few nodes of many wedge it
+            return self
         return replace(self, frames=frames_of(self.frames[:, -1] - np.sum(lean * self.frames[:, :-1], axis=1)))
 
     def glued_graph(self, graph: csr_matrix) -> csr_matrix:
