@@ -46,7 +46,8 @@ def condense(
     Parameters
     ----------
     K
-        (n, n) sparse symmetric stiffness, force per length; in the plane also per depth, as all forces.
+        (n, n) sparse symmetric stiffness, force per length; in the plane also per depth, as all forces. A body held with less than 1e-9 of its
+        own stiffness, in the mean of its nodes, is free: that much is rounding.
     loads
         Load case name -> (n,) nodal forces on the unknowns under the unit load. `ContactSystem.with_interference` adds interferences.
     pairs
