@@ -138,7 +138,7 @@ class Interface:
         along, lift = slides[:-1], slides[-1]
         square = np.einsum("ain,bin->iab", along, along) + ROUNDING * np.eye(d - 1)  # where a body turns about the node, no normal changes
         lean = np.linalg.solve(square, np.einsum("ain,in->ia", along, lift)[..., None])
-        if np.abs(lean).max() > _NEARLY:  # a few nodes of many wedge it
+        if not ROUNDING < np.abs(lean).max() <= _NEARLY:  # they slide, and zeros stay exact; or a few nodes of many wedge them
             return self
         return replace(self, frames=frames_of(self.frames[:, -1] - np.sum(lean * self.frames[:, :-1], axis=1)))
 
