@@ -30,7 +30,7 @@ class Contact:
     In the plane that of body 1 is one chain of edges, in space facets are triangles or quadrilaterals. Each facet of body 1 faces body 2 along its
     normal with half of its length or area or more: round ends and rims may miss each other by their sag. Quadratic bodies meet in linear facets
     through their corner nodes, which the nodes amid edges follow. The two faces of a crack are faces of one body; the node at its tip, which both
-    have, is in no pair.
+    have, is in no pair. A taper below 1e-4 of a body that is free to slide is taken for rounding of the coordinates, see `normals` of `condense`.
 
     Parameters
     ----------
