@@ -193,6 +193,13 @@ FAULTS = (
           "paraview::test_a_state_in_space"),
     Fault("fem/recovery.py", "a warning names a closed node", "np.argmax(forces * carries)", "np.argmax(forces)",
           "recovery::test_the_field_of_a_rounded_punch_is_that_of_its_states"),
+    Fault("fem/faces.py", "normals weighted by the areas of facets", "turned / (np.sum(ahead**2, axis=2) * beside)[..., None]", "turned",
+          "any_contact"),
+    Fault("fem/interface.py", "digits of coordinates wedge a free body", "<= _NEARLY:", "<= 0:", "doors"),
+    Fault("fem/interface.py", "a wedge of few nodes among many is lost", "<= _NEARLY:", "<= 1:", "doors"),
+    Fault("solve/condensed.py", "an objective without its constant", "float(self._costs @ self._start)", "0.0", "interior_point"),
+    Fault("solve/interior_point.py", "multipliers without their defect prove a bound", "self.bound + _SURELY * off / tau", "self.bound",
+          "interior_point separated"),
     Fault("fem/matrices/ansys_nastran.py", "one triangle is not mirrored", "upper + triu(upper, 1).T", "upper + upper.T", "ansys"),
     # solve
     Fault("solve/standard_form.py", "rows that do not bind become equations", "apex = excess > share * tip", "apex = excess < share * tip",
