@@ -96,10 +96,14 @@ class Assembly:
         return csr_matrix(self.release[0].T @ self.whole @ self.release[0]) if self.cuts else self.whole
 
     @cached_property
+    def graph(self) -> csr_matrix:
+        """Pattern of the nodes that the stiffness joins."""
+        return node_graph(self.stiffness, self.free_rows)
+
+    @cached_property
     def motions(self) -> csr_matrix:
         """Rigid motions of single bodies that no support prevents, see `free_motions`."""
-        graph = node_graph(self.stiffness, self.free_rows)
-        return free_motions(self.stiffness, self.free_rows, self.points, connected_components(graph, directed=False)[1])
+        return free_motions(self.stiffness, self.free_rows, self.points, connected_components(self.graph, directed=False)[1])
 
     @cached_property
     def interface(self) -> Interface:

@@ -24,7 +24,6 @@ from .elasticity import Kinematics
 from .interface import check_course
 from .loads import Expansion
 from .recovery import BodyFields, Recovery, Steady, Viewed, strain_and_stress, warn_of_open_nodes
-from .rigid import node_graph
 
 _UNITS_APART = 2e5  # Pa and MPa differ by 1e6, rubber and steel by up to 1e5
 _SIZES_APART = 500.0  # mm and m differ by 1000, a pad and a half-plane by some hundred
@@ -143,7 +142,7 @@ class ContactModel(Shown, Viewed):
         force, moved, _ = (np.column_stack(columns) for columns in zip(*self._cases.values(), strict=True))
         pulls, drawn = R.T @ force, K @ moved
         F = dict(zip(self._cases, (pulls - drawn).T, strict=True))
-        S, bonded, L = condensed(K, F, interface, parts.motions, parts.free_rows, parts.points, node_graph(K, parts.free_rows), parts.called)
+        S, bonded, L = condensed(K, F, interface, parts.motions, parts.free_rows, parts.points, parts.graph, parts.called)
         L += pulls.T @ moved + moved.T @ (pulls - drawn) + force.T @ (D @ force)  # of moved supports, and of bolts that are cut
         stress = self.kinematics == "plane_stress"
         moduli = {name: body.material.E if stress else body.material.plane_modulus for name, body in self.bodies.items()}

@@ -21,7 +21,6 @@ from .elasticity import MOMENTS, Kinematics, element_means
 from .elements import basis_of
 from .loads import Expansion
 from .matrices.meshes import meshio_library
-from .rigid import node_graph
 
 _COMPONENTS = ("xx", "yy", "xy", "zz", "xz", "yz")  # the first four in the plane
 _ARMS = {"triangle": [1, 2], "quad": [1, 3], "tetra": [1, 2, 3], "hexahedron": [1, 3, 4]}  # in the order of VTK, next to the first node
@@ -237,7 +236,7 @@ class Recovery:
 
     def __init__(self, parts: Assembly) -> None:
         K, unknowns, points = parts.stiffness, parts.free_rows, parts.points
-        T, front = fronts(K, parts.interface, unknowns, points, node_graph(K, unknowns))
+        T, front = fronts(K, parts.interface, unknowns, points, parts.graph)
         self._K, self._T, self._drive = K, T[:, front >= 0], T[:, front < 0]
         self._elimination = eliminated(csr_matrix(self._T.T @ K @ self._T), front[front >= 0], self._T, unknowns, points, parts.called, keep=True)
 
