@@ -18,7 +18,8 @@ there: a safe slip is a true state of rest.
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TypeVar
+from typing import TypeAlias, TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy.linalg import eigh
@@ -108,13 +109,14 @@ def images_of(task: LimitQuestion) -> Images | None:
 
     Itself is the first; all sets of planes across each other follow.
     """
-    system, S, n, axes = task.system, task.system.S, task.system.nodes, task.system.tangents + 1
+    system, n, axes = task.system, task.system.nodes, task.system.tangents + 1
     if n == 1 or task.whole is not None:
         return None
     parts = np.array([system.gap, task.closed, task.friction, task.friction if task.most is None else task.most])
-    own = np.tile(np.sqrt(np.diag(S).reshape(axes, -1).max(axis=0).clip(0.0)), axes)
     corners, places, signs, planes = [np.arange(len(task.r1))], [np.arange(axes * n)], [np.ones(axes * n)], list[Array]()
-    for plane, to, turn in _mirror_planes(system):
+    if system not in _MIRRORS:
+        _MIRRORS[system] = list(_mirror_planes(system))
+    for plane, to, turn in _MIRRORS[system]:
         across = all(abs(plane @ other) <= ROUNDING for other in planes)
         if not across or (np.abs(parts[:, to[:n]] - parts) > _ASYMMETRY * parts.max(axis=1, keepdims=True)).any():
             continue
@@ -124,9 +126,6 @@ def images_of(task: LimitQuestion) -> Images | None:
         here, at = linear_sum_assignment(apart)  # the corner with the image of the loads of each
         if apart[here, at].any():
             continue
-        blocks = np.arange(len(S)).reshape(axes, -1)  # entry by entry: a soft node beside stiff ones has its own rounding
-        if any((np.abs(S[np.ix_(to[k], to)] * np.outer(turn[k], turn) - S[k]) > _ASYMMETRY * np.outer(own[k], own)).any() for k in blocks):
-            continue
         planes.append(plane)
         corners += [at[corner] for corner in corners]
         signs += [turn[place] * sign for place, sign in zip(places, signs, strict=True)]
@@ -134,7 +133,20 @@ def images_of(task: LimitQuestion) -> Images | None:
     return (np.array(corners), np.array(places), np.array(signs)) if planes else None
 
 
-def _mirror_planes(system: ContactSystem) -> Iterator[tuple[Array, Integers, Array]]:
+Mirror: TypeAlias = tuple[Array, Integers, Array]
+_MIRRORS: WeakKeyDictionary[ContactSystem, list[Mirror]] = WeakKeyDictionary()  # found once: on large contacts this takes as long as a limit
+
+
+def _mirror_planes(system: ContactSystem) -> Iterator[Mirror]:
+    """Those planes that mirror the stiffness, too, see `_planes_of_nodes`."""
+    S, axes = system.S, system.tangents + 1
+    own, blocks = np.tile(np.sqrt(np.diag(S).reshape(axes, -1).max(axis=0).clip(0.0)), axes), np.arange(len(S)).reshape(axes, -1)
+    for plane, to, turn in _planes_of_nodes(system):  # entry by entry: a soft node beside stiff ones has its own rounding
+        if not any((np.abs(S[np.ix_(to[k], to)] * np.outer(turn[k], turn) - S[k]) > _ASYMMETRY * np.outer(own[k], own)).any() for k in blocks):
+            yield plane, to, turn
+
+
+def _planes_of_nodes(system: ContactSystem) -> Iterator[Mirror]:
     """Normals of planes that mirror nodes and frames onto nodes and frames, but for the sense of tangents; with places and signs, (M,).
 
     In the plane the one across the middle; in space those through the middle of the nodes, across an axis or across a tangent of the first node.
