@@ -1,5 +1,7 @@
 """The best design: against numbers found elsewhere, closed forms, plain programs over raw unknowns, and the limit of the design built in."""
 
+from dataclasses import replace
+
 import cvxpy as cp
 import numpy as np
 import pytest
@@ -81,6 +83,18 @@ def test_the_paper_s_punch_with_a_free_profile_and_with_three_shapes():
     assert again.load_factor == pytest.approx(design.load_factor, rel=1e-10)
     q, p = design.reactions
     assert model.q.value == pytest.approx(q, abs=1e-9) and model.p.value == pytest.approx(p, abs=1e-9) and p.min() >= -1e-9
+
+
+def test_of_five_loads_on_the_top_of_a_punch_the_outer_two_carry_all():
+    scene, ends = fo.scenes.PunchOnHalfPlane(elements=40), np.linspace(-1, 1, 6)
+    model = scene.model()
+    strips = {f"P{i}": [fo.Traction("punch", "top", y=lambda x, _, i=i: -1.0 * ((ends[i] < x) & (x < ends[i + 1])))] for i in range(5)}
+    system = replace(model, loads={"sigma": model.loads["sigma"], **strips}).condense()
+    assert round(fo.shakedown_limit(system, replace(PULL, mean=dict.fromkeys(strips, 1.0)), 0.5).load_factor, 5) == 0.98152
+    bolts = fo.DesignModel(system, replace(PULL, mean={}), preloads=list(strips))
+    force = np.array([system.bonded[name][1].sum() for name in strips])
+    design = bolts.solve(0.5, [bolts.preload >= 0, force @ bolts.preload == force.sum()])
+    assert round(design.load_factor, 5) == 0.99092 and design.preload[["P1", "P2", "P3"]].abs().max() < 1e-9
 
 
 @pytest.mark.parametrize(
