@@ -7,6 +7,7 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 from scipy.linalg import lstsq, null_space
+from scipy.linalg.lapack import dsycon, dsytrf, dsytrf_lwork, dsytrs
 from scipy.sparse import csr_array
 
 from ..contact import FLOOR, ROUNDING, STALLED, Array, Integers
@@ -169,19 +170,24 @@ class _Active:
         """Whether the same rows and cones are active."""
         return all(np.array_equal(*pair) for pair in zip([self._shut, *self._on], [other._shut, *other._on], strict=True))
 
+    def _slopes(self, rows: Integers) -> Array:
+        """Gradients of slacks, along the free directions."""
+        matrix = self._form.matrix[rows]
+        return np.asarray(-(matrix.toarray() if self._free is None else matrix @ self._free))
+
     def _equations(self, z: Array, m: Array) -> tuple[Array, Array, Array]:
         """Values of the active rows and cones, their gradients, and the Hessian of their sum weighted by the multipliers m, negative."""
-        form, s = self._form, self._form.slack(z)
-        values, gradients = [s[self._shut]], [-form.matrix[self._shut].toarray()]
-        hessian, at = np.zeros((len(z), len(z))), len(self._shut)
+        s, gradients = self._form.slack(z), [self._slopes(self._shut)]
+        values, free, at = [s[self._shut]], gradients[0].shape[1], len(self._shut)
+        hessian = np.zeros((free, free))
         for cone in self._on:
             radius, unit = _directed(s[cone[:, 1:]])
-            sides = -form.matrix[cone[:, 1:].ravel()].toarray().reshape(*unit.shape, len(z))
+            sides = self._slopes(cone[:, 1:].ravel()).reshape(*unit.shape, free)
             along = np.einsum("ri,riz->rz", unit, sides)
             values.append(s[cone[:, 0]] - radius)
-            gradients.append(-form.matrix[cone[:, 0]].toarray() - along)
+            gradients.append(self._slopes(cone[:, 0]) - along)
             weight = np.sqrt(np.maximum(m[at : at + len(cone)], 0.0) / radius)
-            across = ((sides - unit[:, :, None] * along[:, None]) * weight[:, None, None]).reshape(-1, len(z))
+            across = ((sides - unit[:, :, None] * along[:, None]) * weight[:, None, None]).reshape(-1, free)
             hessian, at = hessian + across.T @ across, at + len(cone)
         return np.concatenate(values), np.vstack(gradients), hessian
 
@@ -195,8 +201,6 @@ class _Active:
         goal = form.objective if free is None else free.T @ form.objective
         for _ in range(_STEPS):
             values, gradients, hessian = self._equations(z, m)
-            if free is not None:
-                gradients, hessian = gradients @ free, free.T @ hessian @ free
             error = max(float(np.abs(goal + gradients.T @ m).max(initial=0.0)), float(np.abs(values).max(initial=0.0)))
             if error < least:
                 best, least = (z, m), error
@@ -205,7 +209,7 @@ class _Active:
             if error <= _POLISHED:
                 break
             matrix = np.block([[-hessian, gradients.T], [gradients, np.zeros((len(m), len(m)))]])
-            step = lstsq(matrix, -np.r_[goal, values], cond=_NOT_UNIQUE, lapack_driver="gelsy", check_finite=False)[0]
+            step = _least(matrix, -np.r_[goal, values])
             z, m = z + (step[: len(goal)] if free is None else free @ step[: len(goal)]), step[len(goal) :]
         return best[0], self._multipliers(*best)
 
@@ -221,6 +225,14 @@ class _Active:
         if form.zero:
             y[: form.zero] = lstsq(form.matrix[: form.zero].toarray().T, form.objective - form.matrix.T @ y)[0]
         return y
+
+
+def _least(matrix: Array, right: Array) -> Array:
+    """The solution of symmetric equations, the least one where they have several."""
+    factor, order, failed = dsytrf(matrix, lwork=int(dsytrf_lwork(len(matrix))[0]))
+    if not failed and dsycon(factor, order, np.abs(matrix).sum(axis=0).max())[0] > _NOT_UNIQUE:
+        return np.asarray(dsytrs(factor, order, right)[0])
+    return np.asarray(lstsq(matrix, right, cond=_NOT_UNIQUE, lapack_driver="gelsy", check_finite=False)[0])
 
 
 def compiled(problem: cp.Problem) -> dict[str, Any]:
