@@ -84,25 +84,24 @@ class Mechanism:
         if self.open is not None:
             touching = -self.moves.reshape(len(along), -1) @ system.S[:, -system.nodes :] / system.stiffness_scale
             along, opening = np.where(self.open, 0.0, along), np.where(self.open, touching.clip(0.0), opening)
-        whole, parts = float(along.sum() + opening.sum()) or 1.0, []
-        for size, slips in ((along, self.moves[:, :-1]), (opening, np.zeros_like(self.moves[:, :-1]))):
-            corner, node = np.nonzero(size > _SHARE * whole)
-            columns: dict[str, Any] = {
-                "node": node,
-                "contact": names[node],
-                **{axis: place[node] for axis, place in places(system).items()},
-                "corner": corner,
-                "loads": [corners[k] for k in corner.tolist()],
-            }
-            sense = slips[corner, :, node].T
-            if system.tangents == 1:
-                columns["direction"] = np.sign(sense[0]).astype(int)
-            else:
-                columns["slip1"], columns["slip2"] = sense / size[corner, node]
-            parts.append(pd.DataFrame({**columns, "share": size[corner, node] / whole}))
-        table = pd.concat(parts, ignore_index=True)
-        table = table if len(np.unique(names)) > 1 else table.drop(columns="contact")
-        return table.sort_values(["share", "node", "corner"], ascending=[False, True, True], ignore_index=True)
+        sizes, slips = np.stack([along, opening]), np.stack([self.moves[:, :-1], np.zeros_like(self.moves[:, :-1])])
+        share = sizes / (float(sizes.sum()) or 1.0)
+        way, corner, node = np.nonzero(share > _SHARE)
+        order = np.lexsort([corner, node, -share[way, corner, node]])
+        way, corner, node = way[order], corner[order], node[order]
+        columns: dict[str, Any] = {
+            "node": node,
+            **({"contact": names[node]} if len(np.unique(names)) > 1 else {}),
+            **{axis: place[node] for axis, place in places(system).items()},
+            "corner": corner,
+            "loads": [corners[k] for k in corner.tolist()],
+        }
+        sense = slips[way, corner, :, node].T
+        if system.tangents == 1:
+            columns["direction"] = np.sign(sense[0]).astype(int)
+        else:
+            columns["slip1"], columns["slip2"] = sense / sizes[way, corner, node]
+        return pd.DataFrame({**columns, "share": share[way, corner, node]})
 
     def load_rates(self, system: ContactSystem, cycle: LoadCycle, load_factor: float) -> pd.DataFrame:
         """Rate of the limit with the amplitudes of all load cases in the mean load, and of those of the corners (for a mechanism of unit drive)."""
