@@ -37,7 +37,7 @@ class Parameters:
     plane: tuple[int, ...] = (64, 124, 250, 500, 1000)
     space: tuple[int, ...] = (9, 14, 19, 29, 39, 49)
     plane_guaranteed: int = 1000
-    space_guaranteed: int = 29
+    space_guaranteed: int = 39
     plane_transients: int = 250
     space_transients: int = 39
 
