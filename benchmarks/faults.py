@@ -210,6 +210,7 @@ FAULTS = (
           "abs(bound - value)", "standard_form"),
     Fault("solve/standard_form.py", "cones that turn their multipliers", "-size[:, None] * _directed", "size[:, None] * _directed",
           "standard_form spatial_limits"),
+    Fault("solve/standard_form.py", "factors of singular equations are trusted", "[0] > _NOT_UNIQUE:", "[0] > -1.0:", "standard_form"),
     Fault("solve/solvers.py", "an answer that fails is returned", "if claim and claim.residual <= tolerance:\n            return",
           "if True:\n            return", "limit_checks guaranteed"),
     Fault("solve/solvers.py", "infeasible where one solver alone says so", "agreed = agreed and outcome in _NO_OPTIMUM", "pass",

@@ -73,6 +73,21 @@ def test_a_rough_solution_becomes_the_exact_one(seed, equations):
     assert form.bounds == pytest.approx((best, best), abs=1e-8)
 
 
+@pytest.mark.parametrize("seed", range(1, 6))
+def test_a_vertex_of_more_rows_than_unknowns_keeps_its_proof(seed):
+    """Many multipliers balance the objective there, so that their equations are singular."""
+    rng = np.random.default_rng(seed)
+    rows, vertex, z = rng.uniform(0.2, 1.0, (5, 2)), rng.standard_normal(2), cp.Variable(2)
+    least = rows @ rng.uniform(0.2, 1.0, 2)  # of these multipliers, a combination of the columns
+    problem = cp.Problem(cp.Maximize((rows.T @ least) @ z), [rows @ z <= rows @ vertex])
+    problem.solve(solver="CLARABEL")
+    z.save_value(vertex + 1e-7 * rng.standard_normal(2))
+    problem.constraints[0].save_dual_value(least + 1e-6 * rng.random(5))
+    polish(problem)
+    form = StandardForm(problem)
+    assert form.off(form.z, form.y) < 1e-12
+
+
 def test_equations_of_a_boundary_that_meet_its_tip_have_an_answer():
     """The point that solves them may be the tip, where the boundary has no direction."""
     z = cp.Variable(3)
