@@ -229,8 +229,8 @@ class _Active:
 
 def _least(matrix: Array, right: Array) -> Array:
     """The solution of symmetric equations, the least one where they have several."""
-    factor, order, failed = dsytrf(matrix, lwork=int(dsytrf_lwork(len(matrix))[0]))
-    if not failed and dsycon(factor, order, np.abs(matrix).sum(axis=0).max())[0] > _NOT_UNIQUE:
+    factor, order, _ = dsytrf(matrix, lwork=int(dsytrf_lwork(len(matrix))[0]))
+    if dsycon(factor, order, np.abs(matrix).sum(axis=0).max())[0] > _NOT_UNIQUE:
         return np.asarray(dsytrs(factor, order, right)[0])
     return np.asarray(lstsq(matrix, right, cond=_NOT_UNIQUE, lapack_driver="gelsy", check_finite=False)[0])
 
