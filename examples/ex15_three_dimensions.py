@@ -27,7 +27,7 @@ print(limit)
 
 # %%
 # The circled nodes limit the load: above the limit no residual slip, drawn as arrows, keeps all of them from slipping. Below it, this start comes
-# to rest; above it, no start can.
+# to rest; above it, no start can with all nodes closed.
 
 for ratio in (0.9, 1.15):
     steady = fo.steady_state(system, turning, friction=0.5, load_factor=ratio * limit.load_factor)

@@ -62,7 +62,7 @@ def _questions(parameters: Parameters) -> Iterator[tuple[str, Callable[[], tuple
 
     def shakedown() -> tuple[float, str, float]:
         limit = fo.shakedown_limit(system, LOADS, friction)
-        return limit.load_factor, "above it no residual slip is safe", limit.residual
+        return limit.load_factor, "above it no residual slip is safe with all nodes closed", limit.residual
 
     yield "onset of slip", onset
     yield "guaranteed limit, lambda_1", guaranteed

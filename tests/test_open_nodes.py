@@ -50,7 +50,7 @@ def test_the_limit_is_that_of_a_program_in_all_slips_and_gaps(seed, cycle):
     closed = largest_with_open(contact, cycle, friction, np.zeros((len(cycle.corners), contact.nodes), dtype=bool), 3 * limit.load_factor)
     assert closed is None  # nothing keeps all nodes closed
     assert limit.residual <= 1e-9 and limit.bound == pytest.approx(limit.load_factor, rel=1e-8)
-    assert f"with {int(limit.open.sum())} of {contact.nodes} nodes open under the mean load" in limit.reason
+    assert limit.reason.startswith(f"with {int(limit.open.sum())} of {contact.nodes} nodes open under the mean load: ")
 
 
 @settings(max_examples=12)
@@ -95,7 +95,7 @@ def test_the_state_of_a_safe_slip_rests_and_no_slip_is_safe_beyond_the_limit(see
         rests = fo.steady_state(contact, CYCLE, friction, share * limit.load_factor, initial_state=safe.state)
         assert rests.outcome is fo.Outcome.SHAKEDOWN
     beyond = fo.safe_slip(contact, CYCLE, friction, 1.001 * limit.load_factor)
-    assert not beyond.exists and beyond.certificate is not None and "also with" in beyond.reason
+    assert not beyond.exists and beyond.certificate is not None and "open that the mean load opens; with others open one may be" in beyond.reason
 
 
 def test_amplitudes_of_two_loads_with_a_node_that_stays_open():

@@ -264,7 +264,7 @@ def test_less_friction_is_enough_with_the_node_that_it_leaves_open():
     required = fo.required_friction(contact, cycle, 0.2)
     assert required.required == pytest.approx(by_slips(S, mean + 0.2 * corners, 0, np.linspace(-1, 1, 200_001)), rel=1e-4)
     assert required.open.tolist() == [False, True]
-    assert required.reason == "no residual slip is safe with a little less: see the mechanism"
+    assert required.reason == "no residual slip is safe with a little less, 1 nodes open and the others closed: see the mechanism"
     opened, pressed = (fo.shakedown_limit(contact, cycle, f) for f in (0.25, 0.3))
     assert pressed.load_factor < 0.1 * opened.load_factor < 0.1 * fo.separated_limit(contact, cycle, 0.3).load_factor
     assert mean[3] < 1.2 * S[3, 3] and "residual slip alone presses node 1" in pressed.reason and "separated_limit" not in opened.reason
@@ -278,7 +278,7 @@ def test_less_friction_is_enough_with_a_node_that_is_pressed_until_it_slips(monk
     required = fo.required_friction(contact, cycle := fo.LoadCycle({"P": 1.0}, [{"0": 1.0}, {"1": 1.0}]), 0.05)
     assert required.required == pytest.approx(by_slips(S, mean + 0.05 * corners, 1, np.linspace(-4, 4, 800_001)), rel=1e-3)
     assert required.open.tolist() == [True, False]
-    assert required.reason == "no residual slip is safe with a little less: see the mechanism"
+    assert required.reason == "no residual slip is safe with a little less, 1 nodes open and the others closed: see the mechanism"
 
     def lost(*_):
         raise fo.SolverError("no state")

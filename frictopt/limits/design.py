@@ -194,7 +194,8 @@ class DesignModel(SafeModel):
         program = self._program(lambda v: design_problem([v, *self._more]), task, listed("constraints", constraints), objective)
         for v in (program, *self._more):
             if found := v.helpless():
-                raise ModelError(f"friction: {found[1]}: no design is safe at any load factor above 0; give friction to every node")
+                why = f"{found[1]}: no design is safe at any load factor above 0 with all nodes closed"
+                raise ModelError(f"friction: {why}; give friction to every node")
         answer = solve(program.problem, lambda: self._judged(program), self._solver, no_optimum=lambda: self._refused(program))
         program.own.save()
         design = answered(answer, program)
@@ -235,11 +236,10 @@ class DesignModel(SafeModel):
         excess = contradiction(program.problem, self._solver)
         if excess.bound > RESIDUAL:
             ruling = [name for name in program.own.names if name in excess.ruling]
-            safe = "no design is safe at any load factor" if excess.ruling - set(program.own.names) else "they contradict each other"
+            unsafe = excess.ruling - set(program.own.names)
+            safe = "no design is safe at any load factor with all nodes closed" if unsafe else "they contradict each other"
             if not ruling:
-                raise ModelError(
-                    f"preloads: {safe} with all nodes closed; press nodes that are open, or ask `shakedown_limit` of designs of your own"
-                )
+                raise ModelError(f"preloads: {safe}; press nodes that are open, or ask `shakedown_limit` of designs of your own")
             raise ModelError(f"{', '.join(ruling)}: {safe} under these constraints; drop or relax one")
         growth = is_unbounded(program.problem, self._solver)
         if growth is None or excess.value > RESIDUAL:

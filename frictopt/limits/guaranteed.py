@@ -33,7 +33,7 @@ class GuaranteedModel(SafeModel):
     slip_bound
         See `ShakedownModel`.
     simplify
-        Leave out what cannot change the answer: nodes whose lower bound is above the least load factor found, and mirror images. An uncoupled contact
+        Leave out what cannot change the answer: nodes whose lower bound is above the least load factor found, and mirror images. A contact with B = 0
         has lambda_1 = lambda_2 by a theorem, and needs no program.
     solver
         One of "HIGHS", "CLARABEL", "HIGHS_IPM" (in space "CLARABEL_DIRECT", "CLARABEL", "INTERIOR_POINT", which for large contacts comes first);
@@ -157,7 +157,7 @@ class GuaranteedModel(SafeModel):
             load_factor=shakedown.load_factor if best is None else best.load_factor,
             kind=shakedown.kind if best is None else LimitKind.FINITE,
             reason=reason(shakedown, best, uncoupled, coincide),
-            proven=uncoupled or shakedown.kind is LimitKind.NO_SAFE_SLIP,
+            proven=uncoupled and shakedown.kind is not LimitKind.NO_SAFE_SLIP,
             slip=shakedown.slip if best is None else frozen(best.slip),
             node=None if best is None else best.state.node,
             corners=None if best is None else best.state.corners,
@@ -189,10 +189,10 @@ def guaranteed_limit(
     It is the least load factor at which a safe slip leaves some node no more pressure than its cyclic load needs. This node is critical: on its bound
     of forward slip at one corner and of backward slip at another, in space at opposed corners or at three that surround; the state in which a cyclic
     slip begins with no amplitude (for two nodes in the plane, the published condition that three of four friction lines meet, Ahn, Bertocchi & Barber
-    2008). The slip is a witness: just above the limit, a contact that starts near it slips for ever. For uncoupled contacts it is a theorem that slip
-    stops below the limit from every start (Klarbring, Ciavarella & Barber 2007; lambda_1 = lambda_2). For coupled contacts it is an observation: in
-    no transient that was followed below the limit with all nodes closed did slip go on. Where nodes lift off in each cycle, slip may go on below the
-    limit, and below lambda_2.
+    2008). The slip is a witness: just above the limit, a contact that starts near it slips for ever. Where B = 0 at all nodes it is a theorem that
+    slip stops below the limit from every start (Klarbring, Ciavarella & Barber 2007; lambda_1 = lambda_2). For coupled contacts it is an observation:
+    in no transient that was followed below the limit with all nodes closed did slip go on. Where nodes lift off in each cycle, slip may go on below
+    the limit, and below lambda_2.
 
     Below the least safe load factor (`least`, mostly 0) no slip is safe, and all this is said of load factors from there on. If the limit is `least`,
     some node is critical at every load factor next above it, and no load factor is guaranteed. At `least` = 0 the witness takes all force off the

@@ -37,12 +37,13 @@ class GuaranteedLimit(Rated):
         or nan where lambda_2 is. A node that is critical at the least safe load factor (at 0 it carries nothing) counts only if it can be above it
         too; then the limit is `least`.
     kind, reason
-        Whether it is finite, and why it is what it is in words. Where nodes are open, or loads open one that no slip presses, it says that starts
-        from which nodes open and close in every cycle may slip for ever below the limit.
+        Whether it is finite, and why it is what it is in words. Where nodes are open or have no friction, or loads open one that no slip presses, it
+        says that starts from which nodes open and close in every cycle may slip for ever below the limit.
     proven
-        Whether it is a theorem that slip stops from every start at load factors between `least` and the limit: for uncoupled contacts (Klarbring,
-        Ciavarella & Barber 2007), and where nothing is safe. Otherwise the limit is an upper bound of the load factor up to which that holds, unless
-        friction is above the critical value `A/|B|` of `node`: such a node may wedge itself, and all slip stop above it, too (`reason` says so).
+        Whether it is a theorem that slip stops from every start at load factors between `least` and the limit: for uncoupled contacts, `B` = 0 at all
+        nodes, open ones and those without friction too (Klarbring, Ciavarella & Barber 2007). Otherwise the limit is an upper bound of the load
+        factor up to which that holds while nodes stay closed, unless friction is above the critical value `A/|B|` of `node`: such a node may wedge
+        itself, and all slip stop above it, too (`reason` says so).
     slip
         (N,) or (N, 2) the witness: safe at the limit, with `node` critical, length. If no node is critical below lambda_2, the safe slip at lambda_2.
         NaN where the limit is not finite. `largest_slip` is its size: a start of this size must be possible for the witness to matter.
@@ -94,7 +95,7 @@ class GuaranteedLimit(Rated):
 
     @property
     def least(self) -> float:
-        """The least safe load factor, see `ShakedownLimit.least`: below it no slip is safe, and slip or opening goes on from every start."""
+        """The least safe load factor, see `ShakedownLimit.least`: below it slip, opening or touching goes on from every start."""
         return self.shakedown.least
 
     @property
@@ -212,8 +213,10 @@ class GuaranteedLimit(Rated):
 def reason(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, coincide: int) -> str:
     """Why the limit is what it is, and what it leaves open, in words."""
     task, limit = shakedown._task, shakedown.load_factor if best is None else best.load_factor
-    may_lift = not uncoupled and shakedown.least < limit < np.inf and (shakedown.open.any() or (task.r0 + limit * task.r1)[:, -1].min() < 0)
-    return _why(shakedown, best, uncoupled, coincide) + _LIFTING * bool(may_lift)
+    lifting = ""
+    if not uncoupled and shakedown.least < limit < np.inf:
+        lifting = _LIFTING * bool(shakedown.open.any() or not shakedown.friction.all() or (task.r0 + limit * task.r1)[:, -1].min() < 0)
+    return _why(shakedown, best, uncoupled, coincide) + lifting
 
 
 def _why(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, coincide: int) -> str:

@@ -202,7 +202,7 @@ def rest_of(task: LimitQuestion, opened: Booleans) -> LimitQuestion | None:
     left = (left + left.T) / 2
     values, vectors = eigh(left, subset_by_value=(-np.inf, _NOTHING_LEFT * np.abs(S).max()))
     left = left - (vectors * values) @ vectors.T  # what nothing resists any more is left as rounding of both signs
-    units = units_of(friction, r0, r1, left[:, :-n])  # what would press the open nodes shut is no scale
+    units = units_of(friction, r0, r1)  # what would press the open nodes shut is no scale
     return replace(
         task,
         friction=friction,

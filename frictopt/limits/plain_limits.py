@@ -99,7 +99,7 @@ def by_one_node(v: SafeSet, motion: Mechanism, why: str, solver: str | None) -> 
     limit = judged(v, (0.0, v.solved_slip, motion))
     if not limit.residual <= RESIDUAL:
         raise SolverError(f"shakedown limit: the slip that is safe under the mean load violates the contact law by {limit.residual:.1e}")
-    why = f"no residual slip is safe at any load factor above 0: {why}"
+    why = f"no residual slip is safe at any load factor above 0{limit._task.pattern}: {why}"
     return replace(limit, least=0.0, _why=why, record=replace(state.record, residual=limit.residual))
 
 
@@ -165,7 +165,7 @@ def no_limit_under(v: SafeSet, solver: str | None) -> ShakedownLimit | None:
     excess = contradiction(v.problem, solver)
     if excess.bound > RESIDUAL:
         ruling = ", ".join(name for name in names if name in excess.ruling)
-        why = f"no residual slip that is safe at any load factor obeys {ruling}: drop or relax them"
+        why = f"no residual slip that is safe at any load factor{task.pattern} obeys {ruling}: drop or relax them"
         record = SolveRecord(residual=excess.residual)
         return ShakedownLimit(np.nan, unsafe, record, task, still, LimitKind.NO_SAFE_SLIP, np.nan, constraints=names, _why=why)
     growing = is_unbounded(v.problem, solver)

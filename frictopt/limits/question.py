@@ -47,7 +47,8 @@ class LimitQuestion:
     opening
         Whether there is so little friction somewhere that keeping nodes closed needs rows of its own.
     uncoupled
-        Whether tangential motion does not change the friction bounds: f B is zero up to rounding, against A of the two nodes that it joins.
+        Whether slip changes no pressure of the whole contact: B is zero up to rounding, against A of the two nodes that it joins. That of the closed
+        nodes alone, or f B, is not enough: a start that opens or closes nodes would couple the others.
     fixed
         Whether the corners differ at load factor 0.
     started
@@ -95,6 +96,11 @@ class LimitQuestion:
         """The same reactions as `q0, p0, q1, p1`: the shear forces (K, N) or (K, N, 2), the normal ones (K, N)."""
         (q0, p0), (q1, p1) = (parted(r.reshape(len(r), -1), self.system.tangents + 1) for r in (self.r0, self.r1))
         return q0, p0, q1, p1
+
+    @property
+    def pattern(self) -> str:
+        """Which states of the nodes an answer is about, as a part of a sentence: it says nothing of others."""
+        return " with all nodes closed" if self.closed.all() else " with these nodes open and the others closed"
 
     def states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """Slips and gaps `[v, w]` and reactions `[q, p]` at the corners, each (K, t + 1, N), under a residual slip, (N,) or (N, 2).
@@ -164,12 +170,16 @@ def pose(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, simpli
     f, bounds = friction_coefficients(friction, system.nodes), "it bounds the size of the slip, give a length >= 0, or None for no bound"
     most = None if slip_bound is None else per_node("slip_bound", slip_bound, system.nodes, bounds)
     AB, lean, closed = system.S[:, : -system.nodes], flag("simplify", simplify), np.ones(system.nodes, dtype=bool)
-    units, fixed = units_of(f, r0, r1, AB), len(r0) > 1
-    return LimitQuestion(system, cycle, f, r0, r1, AB, system.own_stiffness, lean, most, **units, fixed=fixed, closed=closed)
+    units, fixed = units_of(f, r0, r1), len(r0) > 1
+    stiffness = np.sqrt(np.diag(AB).clip(0.0).reshape(-1, nodes).sum(axis=0))
+    coupled = np.maximum(f, 1.0)[:, None] * np.abs(AB[-nodes:]) > NO_COUPLING * np.outer(stiffness, np.resize(stiffness, AB.shape[1]))
+    return LimitQuestion(
+        system, cycle, f, r0, r1, AB, system.own_stiffness, lean, most, **units, uncoupled=not coupled.any(), fixed=fixed, closed=closed
+    )
 
 
-def units_of(f: Array, r0: Array, r1: Array, AB: Array) -> dict[str, Any]:
-    """Force, load_unit, mean_bound, opening and uncoupled of a `LimitQuestion`.
+def units_of(f: Array, r0: Array, r1: Array) -> dict[str, Any]:
+    """Force, load_unit, mean_bound and opening of a `LimitQuestion`.
 
     Raises
     ------
@@ -188,10 +198,7 @@ def units_of(f: Array, r0: Array, r1: Array, AB: Array) -> dict[str, Any]:
             f"mean: its shear force at node {int(held.max(axis=0).argmax())} is {held.max() / force:.1e} times the mean normal force {force:.3g}, "
             "and rounding of the one hides the other; press the contact, or check the units of the load cases"
         )
-    stiffness = np.sqrt(np.diag(AB).clip(0.0).reshape(-1, len(f)).sum(axis=0))
-    coupled = np.abs(f[:, None] * AB[-len(f) :]) > NO_COUPLING * np.outer(stiffness, np.resize(stiffness, AB.shape[1]))
-    opening, uncoupled = bool(f.min() < _LITTLE_FRICTION), not coupled.any()
-    return {"force": force, "load_unit": load_unit, "mean_bound": mean_bound, "opening": opening, "uncoupled": uncoupled}
+    return {"force": force, "load_unit": load_unit, "mean_bound": mean_bound, "opening": bool(f.min() < _LITTLE_FRICTION)}
 
 
 def rigid_slides(task: LimitQuestion) -> tuple[Array, Array]:

@@ -37,7 +37,8 @@ class RequiredFriction(Answered):
     required
         Coefficient of friction with which `slip` is safe; 0 if none is needed, inf if none is enough.
     bound
-        Coefficient of friction with which no slip is safe, less than 1e-5 below `required`, relatively; nan where none is needed.
+        Coefficient of friction with which no slip is safe, all nodes closed or those open that the mean load then opens, less than 1e-5 below
+        `required`, relatively; nan where none is needed.
     slip
         (N,) or (N, 2) a residual slip that is safe with `required`, length; NaN where none is enough. `largest_slip` is its size: compare it with
         what assembly can leave, and bound it by `slip_bound`.
@@ -120,7 +121,8 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
             nodes, unsafe, task = mechanism["node"].unique(), np.full(system.slip_shape, np.nan), replace(task, friction=task.friction * np.inf)
             named = [f"{x:.4g}" for x in system.x[nodes]] if system.tangents == 1 else [place(point) for point in system.points[nodes]]
             where = f"{'x =' if system.tangents == 1 else 'at'} {', '.join(named[:4])}{', ...' * (len(nodes) > 4)}"
-            why = f"no friction is enough: whatever slips{within}, the loads open one of {len(nodes)} nodes ({where}) at some corner; press them"
+            why = f"whatever slips{within}, the loads open one of {len(nodes)} nodes ({where}) at some corner; press them"
+            why = f"no friction is enough to keep all nodes closed: {why}"
             return RequiredFriction(load_factor, frozen(unsafe), record, task, np.inf, np.inf, mechanism, why)
         if most == np.inf:
             raise SolverError(
@@ -147,7 +149,8 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
                 )
         enough, too_little, bound = asked.safe(root * (1 + step)), asked.safe(root * (1 - step)), root * (1 - step)
         mechanism = too_little._motion.table(system, cycle.corner_names)
-        closed = ", all nodes closed" * (asked.slip_opens and not asked.may_open)
+        opened = int(too_little.open.sum())
+        closed = f", {opened} nodes open and the others closed" if opened else ", all nodes closed"
         why = f"no residual slip{within} is safe with {'a little ' * asked.may_open}less{closed}: see the mechanism"
     attempts = enough.record.attempts + too_little.record.attempts * (too_little is not enough)
     record = replace(enough.record, attempts=attempts, residual=max(enough.residual, too_little.residual), seconds=perf_counter() - started)

@@ -80,7 +80,8 @@ def safe_region(system: ContactSystem, mean: Mapping[str, float], loads: Sequenc
         why = f"the amplitude of {unlimited[0]!r} has no limit: it shears no node beyond its bound"
         return search.region([held], unlimited, why)
     search.unit = np.array([limit or 1.0 for limit in limits])
-    return search.region([first, *search.between(first, second), second], (), "beyond each side its mechanism slips for ever")
+    why = f"{first.limit._opened}beyond each side its mechanism slips for ever{first.limit._task.pattern}"
+    return search.region([first, *search.between(first, second), second], (), why)
 
 
 @dataclass(frozen=True, eq=False)

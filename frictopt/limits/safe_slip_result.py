@@ -73,7 +73,7 @@ class SafeSlip(Proven):
         if self.exists:
             others = f"the {self.system.nodes - opened} nodes that the mean load closes" if opened else "every node"
             return f"this slip{within} keeps {others} closed and stuck at every corner{', and the others open' * bool(opened)}"
-        left = f", also with {opened} nodes open" if opened else ""
+        left = f" with all nodes closed, or with the {opened} open that the mean load opens; with others open one may be" if opened else task.pattern
         mean = unscaled_diagnosis(task.system, task.cycle, task.friction)
         return f"no residual slip{within} is safe at this load factor{left}; shakedown_limit says which have one; without residual slip {mean}"
 

@@ -1,4 +1,4 @@
-"""The shakedown limit lambda_2: the load factor above which no residual slip is safe (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987).
+"""The shakedown limit lambda_2: no residual slip is safe above it (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987), the same nodes closed.
 
 Safe slips and load factors are a convex set, so the safe load factors are an interval. It begins at 0 if some slip is safe under the mean load
 alone, else at::
@@ -202,7 +202,7 @@ def shakedown_limit(
     """Largest load factor at which some residual slip is safe (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987).
 
     Safe means: every node closed and stuck at every corner of the cycle. Where no slip does that, nodes that are open under the mean load may stay
-    open (`ShakedownLimit.open`). For a sweep over friction compile a `ShakedownModel` once. Theory, eq. (7).
+    open (`ShakedownLimit.open`). With others open, or opening and closing in each cycle, a contact may rest above it. Theory, eq. (7).
 
     Parameters
     ----------
@@ -237,7 +237,7 @@ def shakedown_limit(
     ... )
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     >>> fo.shakedown_limit(system, cycle, friction=0.5).reason
-    'no residual slip is safe above it'
+    'no residual slip is safe above it with all nodes closed'
     """
     model = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
     return model.of_any_set(model._posed(friction))

@@ -29,7 +29,7 @@ _WEIGHT = ROUNDING  # weights of slip below this share of the stresses that they
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LeastSlip(Shown, Plotted):
-    """Proven lower bound of the slip in every cycle at a load factor, from every start.
+    """Proven lower bound of slip and gaps in every cycle at a load factor, from every start; where nodes are open, while these carry nothing.
 
     It says that the sum over the corners of `g @ v + h @ w` is at least `bound`. Theory, eq. (20). `v` and `w` are slips and gaps at the
     corners of one cycle, also of one that is not yet periodic. A bound that is not positive says nothing.
@@ -137,9 +137,9 @@ def least_slip(task: LimitQuestion, motion: Mechanism, limit: float, load_factor
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ShakedownLimit(Rated):
-    """The shakedown limit with its proof from both sides.
+    """The shakedown limit with its proof from both sides, for contacts whose nodes stay as they are: closed, or `open`.
 
-    Theory, eq. (8).
+    With other nodes open, or with nodes that open and close in each cycle, a contact may rest above it. Theory, eq. (8).
 
     Attributes
     ----------
@@ -156,8 +156,8 @@ class ShakedownLimit(Rated):
         (N,) or (N, 2) a residual slip that is safe at the limit, length; NaN where `load_factor` is not finite. `largest_slip` is its size: compare
         it with what assembly can leave, and bound it by `slip_bound`. Open nodes, see `open`, have the one under the mean load.
     bound
-        Upper bound of the limit from the mechanism alone, or with constraints of your own from all multipliers, theirs too; equals
-        `load_factor` up to `residual`.
+        Upper bound of the limit with the same nodes open, not of others, from the mechanism alone, or with constraints of your own from all
+        multipliers, theirs too; equals `load_factor` up to `residual`.
     record
         How it was found. Its `residual` is the largest of: the violations of the contact law by `slip` at the corners, and the relative distance of
         `bound`; without a finite limit, that of the proof; and the same two of `least` where it is above 0. At most 1e-9.
@@ -211,16 +211,19 @@ class ShakedownLimit(Rated):
         if not self.load_factor > 0:
             smooth = self.kind is LimitKind.FINITE and task.friction[self._ruling] == 0 and self._motion.size[:, self._ruling].any()
             more = f"node {self._ruling} has no friction, and the cyclic load shears it" if smooth else more
-            return f"{self._opened}no {slip} is safe at any load factor{' above 0' * (self.kind is LimitKind.FINITE)}: {more}{self._border}"
+            above = " above 0" * (self.kind is LimitKind.FINITE)
+            return f"{self._opened}no {slip} is safe at any load factor{above}{task.pattern}: {more}{self._border}"
         if least > 0:
-            start, below = f" from {least:.6g} on", f"; none is safe below {least:.6g}" + ("" if self.constraints else f": {more}")
+            alone = f"{task.pattern[1:]} " * growth  # else it is said with the limit
+            start, below = f" from {least:.6g} on", f"; {alone}none is safe below {least:.6g}" + ("" if self.constraints else f": {more}")
         if np.isnan(least):
             start = " from some on"
             below = "; rounding hides from where on: take friction further from its critical value, or loads of like size"
         if growth:
             why = f"; {self._why}" if self._why else ""
             return f"{self._opened}the shakedown limit is infinite: every load factor{start} has a safe {slip}{why}{below}"
-        return f"{self._opened}no {slip} is safe above it{'; the dual bound covers them' * bool(self.constraints)}{below}{self._border}"
+        rest = "; with others open it may be higher" * bool(self.open.any()) + "; the dual bound covers them" * bool(self.constraints)
+        return f"{self._opened}no {slip} is safe above it{task.pattern}{rest}{below}{self._border}"
 
     @property
     def _ruling(self) -> int:
@@ -252,7 +255,7 @@ class ShakedownLimit(Rated):
         return frozen((self._motion.size * self.reactions[1]).sum(axis=0))
 
     def least_slip(self, load_factor: float) -> LeastSlip:
-        """Proven lower bound of the slip in every cycle at a load factor, from every start; it is positive above the limit.
+        """Proven lower bound of slip and gaps in every cycle at a load factor, from every start; it is positive above the limit.
 
         With open nodes it holds for cycles in which these carry nothing.
 
