@@ -59,6 +59,24 @@ def test_one_cone_program_for_each_node(seed):
     assert set(table["how"]) <= {"solved", "never critical", "one corner alone rules"}
 
 
+@pytest.mark.parametrize("seed", [0, 1, 2, 3, 5, 11])
+def test_one_node_that_its_equations_fix(seed):
+    """Three equations give its critical slip and its load factor; nothing else is free in the program, whose solver may leave few digits of them."""
+    S, m, a = [[1.76, 0.21, 0.26], [0.21, 1.07, 0.52], [0.26, 0.52, 0.74]], [0.7, -0.8, -0.3], [-0.2, 0.1, -1.6]
+    rng = np.random.default_rng(seed)
+    m, a = (np.array(load) + (0.1 * rng.normal(size=3) if seed else 0.0) for load in (m, a))
+    node, loads = fo.ContactSystem(S, [[0, 0, 0]], {"m": m, "a": a}), fo.LoadCycle({"m": 1.0}, [{"a": 1.0}, {"a": -1.0}])
+    f, shear = 0.1, np.linalg.norm(a[:2])
+    needs = np.r_[f * a[2] * a[:2] / shear, shear / f]  # c and rho: `|c + a_t| = f (rho + a_n)` and `|c - a_t| = f (rho - a_n)`
+    slip, lam = np.split(np.linalg.solve(np.c_[np.array(S)[:, :2], -needs], -m), [2])
+    limit = fo.guaranteed_limit(node, loads, f)
+    if lam > 0:
+        assert limit.node == 0 and limit.load_factor == pytest.approx(lam[0], rel=1e-6) and limit.slip[0] == pytest.approx(slip, rel=1e-6)
+        check(limit)
+    else:
+        assert limit.node is None and np.isnan(limit.load_factor) == np.isnan(limit.shakedown.load_factor)
+
+
 @settings(max_examples=20)
 @given(seed=st.integers(0, 10**6))
 def test_one_node_and_two_corners_in_closed_form(seed):

@@ -197,6 +197,8 @@ class _Active:
         fixed = form.matrix[: form.zero].toarray()
         z = z + lstsq(fixed, form.right[: form.zero] - fixed @ z)[0] if form.zero else z
         m = np.concatenate([y[self._shut], *(y[cone[:, 0]] for cone in self._on)])
+        if free is not None and not free.size:  # the equations alone fix z, and prove it
+            return z, self._multipliers(z, np.zeros_like(m))
         best, least = (z, m), np.inf
         goal = form.objective if free is None else free.T @ form.objective
         for _ in range(_STEPS):
