@@ -18,7 +18,7 @@ from .friction_bounds import safe_set
 from .judge import answered
 from .own_rows import OF_A_MODEL
 from .question import LimitQuestion, pose
-from .safe_model import SafeModel
+from .safe_model import SafeModel, in_turn
 from .safe_set import SafeSet
 
 _NAMED = 4  # unbounded parts of a design that an error names
@@ -46,7 +46,7 @@ class DesignModel(SafeModel):
 
     Reactions are linear in them, so the best design is the same convex program as the shakedown limit, with the same proof. Residual slips are any
     that the constraints admit; all nodes are kept closed, so where nodes stay open under the mean load the best design may carry less than
-    `shakedown_limit` finds for the contact as it is. Not for use by several threads at once: give each its own. Theory, eq. (32).
+    `shakedown_limit` finds for the contact as it is. Threads that ask one model wait for each other. Theory, eq. (32).
 
     Parameters
     ----------
@@ -153,6 +153,7 @@ class DesignModel(SafeModel):
         return super()._meant(v) | {part: expression for part, expression in parts if part is not None}
 
     @warns_of_odd_values
+    @in_turn
     def solve(self, friction: ArrayLike, constraints: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> Design:
         """The design with the largest load factor, or the largest objective, under constraints of your own.
 

@@ -16,7 +16,7 @@ from .critical_state import critical_states, load_factor_bounds
 from .guaranteed_result import IMAGE, NOT_NEEDED, ONE_CORNER, OPEN, GuaranteedLimit, left_out, reason
 from .parts import images_of, on_whole, rest_of
 from .question import LimitQuestion
-from .safe_model import SafeModel
+from .safe_model import SafeModel, in_turn
 from .shakedown import ShakedownModel, shakedown_problem
 from .shakedown_result import ShakedownLimit
 
@@ -24,7 +24,7 @@ from .shakedown_result import ShakedownLimit
 class GuaranteedModel(SafeModel):
     """The guaranteed limit of one system under one load cycle, in the plane compiled once and solved for any friction.
 
-    Not for use by several threads at once: give each its own. Theory, eq. (10).
+    Threads that ask one model wait for each other. Theory, eq. (10).
 
     Parameters
     ----------
@@ -76,6 +76,7 @@ class GuaranteedModel(SafeModel):
         self._search = CriticalSearch(solver)
 
     @warns_of_odd_values
+    @in_turn
     def solve(self, friction: Any, constraints: Sequence[cp.Constraint] = ()) -> GuaranteedLimit:
         """The limit for a coefficient of friction, one or one per node, under constraints of your own.
 

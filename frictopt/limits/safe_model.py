@@ -1,8 +1,9 @@
 """What the models of safe slips have in common: the expressions to extend them by, and the programs that they compile."""
 
 from collections.abc import Callable, Sequence
-from functools import partial
-from typing import Any, TypeVar
+from functools import partial, wraps
+from threading import RLock
+from typing import Any, TypeVar, cast
 
 import cvxpy as cp
 import numpy as np
@@ -19,6 +20,28 @@ from .question import LimitQuestion, pose
 from .safe_set import SafeSet
 
 A = TypeVar("A", bound=Answered)
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+class Turn:
+    """A lock of all threads that ask a model; a copy with programs of its own has a lock of its own."""
+
+    def __init__(self) -> None:
+        self.lock = RLock()
+
+    def __reduce__(self) -> tuple[type["Turn"], tuple[()]]:
+        return Turn, ()
+
+
+def in_turn(question: F) -> F:
+    """A question of a model that threads ask one after the other, for its program has parameters and variables."""
+
+    @wraps(question)
+    def asked(self: "SafeModel", *args: Any, **kwargs: Any) -> Any:
+        with self._turn.lock:
+            return question(self, *args, **kwargs)
+
+    return cast(F, asked)
 
 
 class SafeModel:
@@ -40,6 +63,7 @@ class SafeModel:
     ) -> None:
         self._asked, self._solver = pose(system, cycle, 1.0, simplify=simplify, slip_bound=slip_bound), solver
         self._posed = partial(pose, system, cycle, simplify=simplify, slip_bound=self._asked.most)  # by its friction
+        self._turn = Turn()
         solver_order(solver, LP if system.tangents == 1 else SOCP)
         self._load = cp.Parameter(nonneg=True, name="load_unit")  # or the load factor, where it is given
         corners, slips = (len(cycle.corners),), system.slip_shape

@@ -16,7 +16,7 @@ from .judge import answered, judged_margin
 from .own_rows import OF_A_MODEL
 from .parts import half_of, rest_under_mean
 from .question import LimitQuestion
-from .safe_model import SafeModel
+from .safe_model import SafeModel, in_turn
 from .safe_set import SafeSet
 from .safe_slip_result import SafeSlip
 
@@ -42,7 +42,7 @@ def margin_problem(v: SafeSet, *, free_load_factor: bool = False) -> cp.Problem:
 class SafeSlipModel(SafeModel):
     """The safe residual slips of one system under one load cycle, for any friction and load factor, also under constraints of your own.
 
-    Not for use by several threads at once: give each its own. Theory, eq. (9).
+    Threads that ask one model wait for each other. Theory, eq. (9).
 
     Parameters
     ----------
@@ -90,6 +90,7 @@ class SafeSlipModel(SafeModel):
         return {**super()._meant(v), self.margin: v.margin}
 
     @warns_of_odd_values
+    @in_turn
     def solve(self, friction: ArrayLike, load_factor: float, constraints: Sequence[cp.Constraint] = ()) -> SafeSlip:
         """The residual slip with the largest reserve at every node and corner of the cycle, under constraints of your own.
 

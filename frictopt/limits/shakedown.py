@@ -26,7 +26,7 @@ from .judge import answered, judged, judged_by_rows, refuted
 from .parts import half_of, on_whole, rest_under_mean
 from .plain_limits import by_one_node, by_scaling, in_closed_form, no_limit, no_limit_under
 from .question import LimitQuestion
-from .safe_model import SafeModel
+from .safe_model import SafeModel, in_turn
 from .safe_set import SafeSet
 from .shakedown_result import ShakedownLimit
 
@@ -47,7 +47,7 @@ def shakedown_problem(v: SafeSet) -> cp.Problem:
 class ShakedownModel(SafeModel):
     """The shakedown limit of one system under one load cycle for any friction; in the plane its program is compiled once.
 
-    Not for use by several threads at once: give each its own. Theory, eq. (7).
+    Threads that ask one model wait for each other. Theory, eq. (7).
 
     Parameters
     ----------
@@ -90,6 +90,7 @@ class ShakedownModel(SafeModel):
     """
 
     @warns_of_odd_values
+    @in_turn
     def solve(self, friction: Any, constraints: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> ShakedownLimit:
         """The limit for a coefficient of friction, one or one per node, under constraints of your own, or the slip that your objective chooses.
 
