@@ -1,8 +1,9 @@
 """
-Frequency and damping of a joint
+Stiffness and damping of a joint
 ================================
 
-A mode shakes a joint. Its frequency falls and its damping grows with the amplitude, and both depend on what assembly has left.
+A load shakes a joint. Its stiffness falls and its damping grows with the amplitude, and both depend on what assembly has left.
+With the load of a mode (`modal_load`) and its `natural_frequency` the curve has the frequency, too.
 """
 
 import numpy as np

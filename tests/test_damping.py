@@ -25,7 +25,8 @@ def test_the_element_of_jenkins():
     hard = fo.ContactSystem.from_blocks([[k0]], [[0.0]], [[1.0]], [0.0], one, width=[1.0], compliance=np.zeros((2, 2)))
     system = hard.with_contact_stiffness(tangential=kt)
     force = np.array([0.1, 0.15, 0.5, 1.0, 4.0, 30.0]) * mu * N * (k0 + kt) / kt
-    curve = fo.damping_curve(system, opposed("mode", {"N": N}), mu, force / np.sqrt(m))
+    natural = np.sqrt((k0 + kt) / m) / (2 * np.pi)
+    curve = fo.damping_curve(system, opposed("mode", {"N": N}), mu, force / np.sqrt(m), natural_frequency=1.005 * natural)
     slides = force > mu * N * (k0 + kt) / kt
     X = np.where(slides, (force - mu * N) / k0, force / (k0 + kt))
     work = np.where(slides, 4 * mu * N * (X - mu * N / kt), 0.0)
@@ -34,10 +35,10 @@ def test_the_element_of_jenkins():
     assert curve.work == pytest.approx(work, rel=1e-12, abs=1e-12)
     assert (2 * np.pi * curve.frequency) ** 2 == pytest.approx(np.where(slides, k0 + mu * N / X, k0 + kt) / m, rel=1e-12)
     assert curve.damping == pytest.approx(work / (2 * np.pi * force * X), rel=1e-12, abs=1e-13)
-    assert curve.natural_frequency == pytest.approx(np.sqrt((k0 + kt) / m) / (2 * np.pi))
+    assert curve.natural_frequency == pytest.approx(natural)
     assert curve.shakedown_limit == pytest.approx(mu * N * (k0 + kt) / kt / np.sqrt(m)) == curve.guaranteed_limit
     assert np.isnan(curve.exponent).tolist() == [True] * 5 + [False]  # of load factors without work
-    least = fo.damping_curve(system, opposed("mode", {"N": N}), mu, [1e-200])  # its square is 0
+    least = fo.damping_curve(system, opposed("mode", {"N": N}), mu, [1e-200], natural_frequency=natural)  # its square is 0
     assert least.damping == 0 and least.frequency == pytest.approx(curve.natural_frequency)
     assert np.array_equal(curve.least_damping, curve.damping) and np.array_equal(curve.most_frequency, curve.frequency)
 
@@ -62,7 +63,7 @@ def test_a_node_without_friction_slides_where_the_others_rest():
     """Two springs: the load moves the free one by its compliance from the smallest amplitude on."""
     loads = {"N": ([0.0, 0.0], [1.0, 1.0]), "F": ([-1.0, -0.5], [0.0, 0.0])}
     pair = fo.ContactSystem.from_blocks(np.diag([2.0, 5.0]), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads, compliance=np.eye(2))
-    curve = fo.damping_curve(pair, opposed("F", {"N": 1.0}), [0.0, 0.5], [0.1, 0.9])
+    curve = fo.damping_curve(pair, opposed("F", {"N": 1.0}), [0.0, 0.5], [0.1, 0.9], natural_frequency=1 / (2 * np.pi))
     assert curve.displacement == pytest.approx((1 + 1.0**2 / 2) * curve.load_factor) and not curve.work.any()
     assert np.array_equal(curve.least_frequency, curve.frequency) and np.array_equal(curve.most_frequency, curve.frequency)
 
@@ -92,7 +93,7 @@ def test_a_published_oscillator(monkeypatch):
     system, stuck = oscillator()
     assert stuck == pytest.approx(49.42140619, rel=1e-9)
     cycle = opposed("mode", {"static": 1.0})
-    curve = fo.damping_curve(system, cycle, 0.9, [100.0, 200.0, 400.0, 800.0, 1200.0])
+    curve = fo.damping_curve(system, cycle, 0.9, [100.0, 200.0, 400.0, 800.0, 1200.0], natural_frequency=stuck)
     assert curve.natural_frequency == pytest.approx(stuck, rel=1e-12)
     assert curve.shakedown_limit == pytest.approx(linprog_limit(system, cycle, 0.9)[1], rel=1e-9)
     for factor, least, most in ((200.0, 0.0, 0.0436), (800.0, 0.0286, 0.0381), (1200.0, 0.0210, 0.0274)):
@@ -104,6 +105,10 @@ def test_a_published_oscillator(monkeypatch):
     same = fo.damping_curve(system, cycle, 0.9, [800.0], natural_frequency=stuck, range=False)
     bare = fo.ContactSystem(system.S, system.points, dict(system.bonded))
     other = fo.damping_curve(bare, cycle, 0.9, [800.0], natural_frequency=stuck, range=False)
+    unsaid = fo.damping_curve(system, cycle, 0.9, [800.0])
+    assert all(np.isnan(np.r_[getattr(unsaid, name), unsaid.natural_frequency]).all() for name in ("frequency", "least_frequency", "most_frequency"))
+    assert unsaid.stiffness == pytest.approx((2 * np.pi * curve.frequency[3:4]) ** 2) and "frequency" not in repr(unsaid)
+    assert unsaid.most_damping == pytest.approx(curve.most_damping[3:4])
     assert same.frequency == pytest.approx(curve.frequency[3:4]) == other.frequency and np.isnan(same.most_damping).all()
     twice = fo.LoadCycle({"static": 1.0}, [{"mode": 2.0}, {"mode": -2.0}])
     assert fo.damping_curve(bare, twice, 0.9, [400.0], natural_frequency=stuck / 2, range=False).displacement == pytest.approx(2 * same.displacement)
@@ -142,6 +147,16 @@ def test_the_sphere_of_mindlin_and_deresiewicz():
     assert curve.work == pytest.approx(exact, rel=0.04)
     assert curve.displacement == pytest.approx(3 * f * ball.P / (4 * shear_modulus * ball.half_width) * (1 - (1 - x) ** (2 / 3)), rel=2e-3)
     assert curve.damping == pytest.approx(exact / (2 * np.pi * x * f * ball.P * curve.displacement), rel=0.04)
+
+
+def test_a_load_that_is_no_mode_has_no_frequency():
+    """A frequency of it would be the root of a stiffness per load factor, in no unit of a frequency."""
+    punch, cycle = fo.scenes.PunchOnHalfPlane(elements=24).condense(), opposed("sigma", {"P": 1.0})
+    curve = fo.damping_curve(punch, cycle, 0.5, [1.5])
+    assert np.isnan([curve.natural_frequency, *curve.frequency, *curve.least_frequency, *curve.most_frequency]).all()
+    assert np.isfinite([*curve.stiffness, *curve.most_damping]).all() and curve.to_frame()["frequency"].isna().all()
+    above, _ = curve.plot()
+    assert "stiffness" in above.get_ylabel() and np.array_equal(above.get_lines()[0].get_ydata(), curve.stiffness)
 
 
 def test_bad_input():

@@ -85,7 +85,8 @@ def test_a_loop_is_drawn_with_its_area_and_where_nodes_begin_to_slip():
 
 def test_a_damping_curve_is_drawn_over_the_load_with_its_band_and_the_limits():
     limit = fo.shakedown_limit(PUNCH, PULL, F).load_factor
-    curve = fo.damping_curve(PUNCH, PULL, F, limit * np.array([0.5, 0.9, 1.2]))
+    case = list(PUNCH.bonded).index(*PULL.corners[0])
+    curve = fo.damping_curve(PUNCH, PULL, F, limit * np.array([0.5, 0.9, 1.2]), natural_frequency=PUNCH.compliance[case, case] ** -0.5 / (2 * np.pi))
     above, below = curve.plot()
     for ax, name in ((above, "frequency"), (below, "damping")):
         line, *limits = ax.get_lines()[:3]

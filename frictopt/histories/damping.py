@@ -32,16 +32,17 @@ class DampingCurve(Shown, Plotted):
     stiffness
         (K,) secant stiffness, load factor over displacement.
     frequency
-        (K,) `sqrt(stiffness) / (2 pi)`, in cycles per unit of time: the frequency of the joint if the load is that of a mass-normalised mode.
+        (K,) `sqrt(stiffness) / (2 pi)`, in cycles per unit of time, of a load that is said to be that of a mass-normalised mode, by its
+        `natural_frequency`; NaN of every other load, for then the stiffness is not that of a modal mass of 1.
     work, damping
         (K,) work of friction per cycle, and the damping ratio `work / (2 pi load_factor displacement)`.
     exponent
         (K,) `d ln work / d ln load_factor`, from the neighbouring load factors; NaN where one of them has no work.
     least_damping, most_damping, least_frequency, most_frequency
         (K,) the least and the largest values of all steady states found over the residual slips, see `dissipation_range`: they occur; the true range
-        may be wider. NaN without a range.
+        may be wider. NaN without a range, and the frequencies where `frequency` is.
     natural_frequency
-        Frequency of the glued contact, at amplitude zero.
+        Frequency of the glued contact, at amplitude zero; NaN where none was given.
     guaranteed_limit, shakedown_limit
         Load factors below which the damping is zero from every start, and above which it is from none, while nodes stay closed and have friction.
     residual
@@ -81,9 +82,9 @@ class DampingCurve(Shown, Plotted):
         return pd.DataFrame({name: getattr(self, name) for name in (*_COLUMNS, *_RANGE, "exponent")})
 
     def _answer(self) -> Mapping[str, object]:
-        most = {"largest_damping": float(self.damping.max()), "least_frequency": float(self.frequency.min())}
-        names = ("natural_frequency", "guaranteed_limit", "shakedown_limit", "residual")
-        return {"load_factors": len(self.load_factor), **most} | {name: getattr(self, name) for name in names}
+        mode = {"least_frequency": float(self.frequency.min()), "natural_frequency": self.natural_frequency}
+        said = {"load_factors": len(self.load_factor), "largest_damping": float(self.damping.max())} | (mode if mode["natural_frequency"] > 0 else {})
+        return said | {name: getattr(self, name) for name in ("guaranteed_limit", "shakedown_limit", "residual")}
 
 
 @warns_of_odd_values
@@ -101,7 +102,8 @@ def damping_curve(
     """Frequency and damping of a joint at rising amplitudes of a load, by quasi-static steady cycles (Festjens et al. 2013, Allen et al. 2016).
 
     No dynamics and no Masing's rule: each amplitude has its own steady cycle. For a mode of a structure the load is that of `modal_load`: the load
-    factor is then the modal force, the displacement the modal amplitude. Theory, "Joints".
+    factor is then the modal force, the displacement the modal amplitude. Say so by the `natural_frequency` of the mode: other loads have a stiffness
+    and a damping, and no frequency. Theory, "Joints".
 
     Parameters
     ----------
@@ -114,7 +116,8 @@ def damping_curve(
     load_factors
         (K,) load factors, > 0 and rising.
     natural_frequency
-        Frequency of the glued contact, in cycles per unit of time, if the load is that of a mass-normalised mode. None: the compliance has it.
+        That of the glued contact, in cycles per unit of time, where the load of amplitude 1 is that of a mass-normalised mode. It may differ by 1 %
+        from what the compliance says, which counts. None: the load is no mode, and has no frequency.
     range
         Whether to search the residual slips for the least and the most damping. Up to a guaranteed limit that is proven it is zero, and there is no
         search.
@@ -149,6 +152,7 @@ def damping_curve(
     if not len(factors) or not (np.diff(factors, prepend=0.0) > 0).all():
         raise ModelError(f"load_factors: {factors.tolist()}; give load factors that rise, the first one above 0")
     system, compliance = _with_compliance(system, direction, natural_frequency)
+    mode = np.nan if natural_frequency is None else 1.0
     safe = shakedown_limit(system, cycle, f).load_factor
     guaranteed = guaranteed_limit(system, cycle, f)
     rows, spans, residuals = [], [], []
@@ -160,17 +164,18 @@ def damping_curve(
             states += [state for state in found.steady_states if state.outcome is not Outcome.RATCHETING]
         residuals.append(states[0].residual)
         seen = np.array([_measured(state, direction, compliance) for state in states])
-        damping, frequency = _damping(factor, *seen.T), _frequency(factor, seen[:, 0])
+        damping, frequency = _damping(factor, *seen.T), _frequency(factor, seen[:, 0]) * mode
         rows.append(seen[0])
         spans.append([damping.min(), damping.max(), frequency.min(), frequency.max()] if searched else [np.nan] * 4)
     displacement, work = np.array(rows).T
     with np.errstate(divide="ignore", invalid="ignore"):
         logs = np.where(work > 0, np.log(work), np.nan)
-    columns = factors, displacement, factors / displacement, _frequency(factors, displacement), work, _damping(factors, displacement, work)
+    frequency = _frequency(factors, displacement) * mode
+    columns = factors, displacement, factors / displacement, frequency, work, _damping(factors, displacement, work)
     return DampingCurve(
         **{name: frozen(column) for name, column in zip((*_COLUMNS, *_RANGE), (*columns, *np.transpose(spans)), strict=True)},
         exponent=frozen(np.gradient(logs, np.log(factors)) if len(factors) > 1 else [np.nan]),
-        natural_frequency=float(_frequency(1.0, compliance)),
+        natural_frequency=float(_frequency(1.0, compliance) * mode),
         guaranteed_limit=guaranteed.load_factor,
         shakedown_limit=safe,
         residual=max(residuals),
@@ -218,7 +223,9 @@ def _with_compliance(system: ContactSystem, direction: Array, natural_frequency:
     given = None if natural_frequency is None else (2 * np.pi * finite_number("natural_frequency", natural_frequency, above=0.0)) ** -2
     if system.compliance is None:
         if given is None:
-            raise ModelError("natural_frequency: None, and the system has no compliance; give one of them: `condense` finds the compliance")
+            raise ModelError(
+                "natural_frequency: None, and the system has no compliance; `condense` finds the compliance; of a mode give the frequency"
+            )
         return replace(system, compliance=given * np.outer(direction, direction) / (direction @ direction) ** 2), given
     own = float(direction @ system.compliance @ direction)
     if not own > ROUNDING * np.abs(system.compliance).max():

@@ -73,12 +73,16 @@ def _rows(axes: Axes, at: Array, outcomes: Array) -> None:
 
 @picture.register
 def _damping_curve(curve: DampingCurve, ax: AxesArray | None = None) -> AxesArray:
-    """Frequency above, damping below, over the load factor (log), each with the band of the residual slips; limits as lines."""
+    """Frequency (of no mode: stiffness) above, damping below, over the load factor (log), with bands of the residual slips; limits as lines."""
     frequency, damping = panels = new_axes(ax, 2, (6.4, 5.4))
-    for axes, name in ((frequency, "frequency"), (damping, "damping")):
+    mode = np.isfinite(curve.natural_frequency)
+    shown = (
+        (frequency, "frequency" if mode else "stiffness", curve.least_frequency, curve.most_frequency),
+        (damping, "damping", curve.least_damping, curve.most_damping),
+    )
+    for axes, name, least, most in shown:
         look = series(0)
         axes.plot(curve.load_factor, getattr(curve, name), color=look["color"], marker=look["marker"], label="without residual slip")
-        least, most = (getattr(curve, f"{end}_{name}") for end in ("least", "most"))
         if not np.isnan(least).all():
             axes.fill_between(curve.load_factor, least, most, color=look["color"], alpha=0.2, lw=0, label="range over residual slips")
         _limit_line(axes, r"guaranteed limit $\lambda_1$", curve.guaranteed_limit, GREY)
@@ -86,8 +90,9 @@ def _damping_curve(curve: DampingCurve, ax: AxesArray | None = None) -> AxesArra
         axes.set_xscale("log")
     if curve.load_factor[-1] < _PLAIN * curve.load_factor[0]:
         damping.xaxis.set(major_locator=LogLocator(subs=(1, 2, 3, 5, 7)), major_formatter=ScalarFormatter(), minor_formatter=NullFormatter())
-    frequency.axhline(curve.natural_frequency, color=GREY, lw=0.6, zorder=0, label="glued contact")
-    frequency.set_ylabel("frequency (cycles per time)")
+    if mode:
+        frequency.axhline(curve.natural_frequency, color=GREY, lw=0.6, zorder=0, label="glued contact")
+    frequency.set_ylabel("frequency (cycles per time)" if mode else "stiffness (load factor over displacement)")
     damping.set(xlabel=r"load factor $\lambda$", ylabel=r"damping ratio $\zeta$")
     legend(frequency)
     return np.array(panels)
