@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.contact.diagnosis import mean_load_diagnosis, open_nodes, pressing
+from frictopt.contact.diagnosis import open_nodes, pressing
+from frictopt.transients.mean_load import mean_load_diagnosis
 from systems import system
 
 
@@ -107,10 +108,17 @@ def test_a_path_that_ends_names_the_forces_at_its_end_and_not_the_mean_load():
 
 @pytest.mark.parametrize("engine", ["newton", "qp"])
 def test_increments_that_end_at_a_slide_name_it_and_its_forces(engine):
-    """Two nodes that nothing but friction holds along x and y: pressed by 1 each, and pulled along (0.6, 0.8) by up to 0.75 each with f = 0.5."""
-    loads = {"P": [0, 0, 0, 0, 1, 1], "Q": [0.6, 0.6, 0.8, 0.8, 0, 0]}
-    free = fo.ContactSystem(np.diag([0, 0, 0, 0, 1.0, 1.0]), [[0, 0, 0], [1, 0, 0]], loads)
+    """Two nodes that nothing but friction holds along x and y: pressed by 1 each, and pulled along (0.6, 0.8) by up to 0.75 each with f = 0.5.
+
+    Where slip changes pressures, statics does not know them, and increments go as far as friction holds.
+    """
+    loads, stretch = {"P": [0, 0, 0, 0, 1, 1], "Q": [0.6, 0.6, 0.8, 0.8, 0, 0]}, np.array([1.0, -1.0, 0.0, 0.0, 0.3, -0.3])
+    apart = fo.ContactSystem(np.diag([0, 0, 0, 0, 1.0, 1.0]), [[0, 0, 0], [1, 0, 0]], loads)
+    free = fo.ContactSystem(apart.S + np.outer(stretch, stretch), apart.points, loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
+    told = r"slides as a whole: the load at the corner \(Q = \+1\) has the shear force 1\.5 along \(-0\.6, -0\.8, 0\), above f P = 1;"
+    with pytest.raises(fo.NoContinuation, match=told):
+        fo.march(apart, cycle, 0.5, 0.75, cycles=1, steps=4, engine=engine)
     said = (
         r"increment 3 of 4: .* slide or open as a whole, .*: hold .*less \(there the contact has a normal force of 2 .* of 0\.75, of at most f p = 1"
     )

@@ -257,5 +257,5 @@ def test_a_body_that_slides_away_has_no_state(punch):
         with pytest.raises(NoContinuation, match="no state obeys the law"):
             ExactIncrement(contact, 0.4).solve(np.zeros(17), load)
         for engine in (NewtonIncrement, FrozenBoundIncrement):
-            with pytest.raises(NoContinuation, match=r"the load (lifts|is beyond friction:) body 1 \(at 17 of 17 nodes\)"):
+            with pytest.raises(NoContinuation, match=r"^the body (lifts off or turns over|slides as a whole): .*the load"):
                 engine(contact, 0.4).solve(np.zeros(17), load)

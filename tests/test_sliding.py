@@ -22,17 +22,15 @@ def test_a_punch_held_by_friction_alone_says_which_way_it_slides():
     turned = fo.ContactSystem(turn @ system.S @ turn.T, system.points, loads, frames=frames)
     for corner, along, demand in (({"Qx": -0.31}, "(-1, 0, 0)", 1.24), ({"Qx": 0.3, "Qy": 0.3}, "(0.707107, 0.707107, 0)", 1.697)):
         cycle = fo.LoadCycle({"P": 1.0}, [{"Qx": 0.1}, corner])
-        told = (
-            f"load at the corner ({cycle.corner_names[1]}) is beyond friction: body 1 (at 9 of 9 nodes) slides as a whole along {along}; the load "
-            f"drives it with {demand}, and "
-        )
+        load = f"the load at the corner ({cycle.corner_names[1]})"
+        told = f"the body slides as a whole: {load} has the shear force {demand} along {along}, above f P = 1.2;"
         for ask, contact in ((fo.march, system), (fo.steady_state, turned)):
-            with pytest.raises(fo.NoContinuation, match=re.escape(told + "friction can hold f P = 1.2 at most")):
+            with pytest.raises(fo.NoContinuation, match=re.escape(told)):
                 ask(contact, cycle, 0.3, 1.0)
     assert fo.march(system, fo.LoadCycle({"P": 1.0}, [{"Qx": 0.299}]), 0.3, 1.0, cycles=1, steps=2).residual <= 1e-9
-    with pytest.raises(fo.NoContinuation, match="the mean load is beyond friction"):
+    with pytest.raises(fo.NoContinuation, match=r"^the body slides as a whole: the mean load has the shear force 1\.6 along"):
         fo.march(system, fo.LoadCycle({"P": 1.0, "Qx": 0.4}, [{"Qx": 0.1}]), 0.3, 1.0)
-    with pytest.raises(fo.NoContinuation, match=r"lifts body 1 .* off or turns it over"):
+    with pytest.raises(fo.NoContinuation, match="the body lifts off or turns over"):
         fo.march(system, fo.LoadCycle({"P": 1.0}, [{"P": -1.5}]), 0.3, 1.0)
 
 
@@ -68,7 +66,7 @@ MOTIONS = [[0, 1, 2, 3, 4, 5], [0, 1, 2], [0, 2], [2], [0, 1, 5], [0, 1, 2, 5]]
 def test_a_load_is_named_where_no_forces_balance_it_and_only_there(seed):
     rng = np.random.default_rng(seed)
     system, rigid = contact(rng, MOTIONS[seed % len(MOTIONS)])
-    found = rigid_motions(system)
+    found = rigid_motions(system.S)
     assert np.abs(found - rigid @ (np.linalg.pinv(rigid) @ found)).max() < 1e-9
     assert np.abs(found.T @ found - np.eye(rigid.shape[1])).max() < 1e-9
     friction = rng.uniform(0.1, 0.6, system.nodes)

@@ -27,7 +27,6 @@ from .checks import (
 )
 from .coulomb import Verdict, friction_coefficients, lengths, off_law, referee
 from .cycle import LoadCycle, checked_cycle
-from .diagnosis import unscaled_diagnosis
 from .parts import joined, parted
 from .result import Attempt, LimitKind, Outcome, Plotted, Recorded, Shown, SolveRecord, Table, bar_of, components, frame, places
 from .state import ContactState

@@ -24,11 +24,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import RESIDUAL, Attempt, ContactSystem, LimitKind, LoadCycle, SolveRecord, unscaled_diagnosis
+from ..contact import RESIDUAL, Attempt, ContactSystem, LimitKind, LoadCycle, SolveRecord
 from ..contact.checks import Array, frozen, warns_of_odd_values, whole_number
 from ..errors import FrictoptError
 from ..solve.explain import Explained, Units
 from ..solve.solvers import BoundStatus, bounds
+from ..transients.mean_load import unscaled_diagnosis
 from .answered import Answered
 from .parts import border
 from .question import LimitQuestion, pose

@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ..contact import ContactSystem, LimitKind, LoadCycle, Plotted, Shown, components, frame, lengths, parted, places, unscaled_diagnosis
+from ..contact import ContactSystem, LimitKind, LoadCycle, Plotted, Shown, components, frame, lengths, parted, places
 from ..contact.checks import Array, finite_array, finite_number, frozen
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import ModelError, SolverError
+from ..transients.mean_load import unscaled_diagnosis
 from .answered import Mechanism, Rated
 from .parts import border
 from .question import LimitQuestion

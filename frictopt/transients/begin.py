@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, joined, off_law, parted, reactions
 from ..contact.checks import Array, Booleans, finite_array, finite_number
-from ..contact.diagnosis import mean_load_diagnosis, pressing
+from ..contact.diagnosis import pressing
 from ..contact.state import checked_state
 from ..contact.tolerances import NO_DRIVE, RESIDUAL
 from ..errors import ModelError
+from .mean_load import mean_load_diagnosis
 
 STICK, SLIP, OPEN = 0, 1, 2
 """Statuses of a node; slip against +x in the plane is -1."""

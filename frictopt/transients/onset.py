@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 from ..contact import ContactState, ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, lengths, reactions
 from ..contact.checks import Array, warns_of_odd_values
 from ..contact.coulomb import reach
-from ..contact.diagnosis import unscaled_diagnosis
 from ..contact.parts import joined, parted
 from ..contact.result import Plotted, Shown, Table, frame
 from ..contact.tolerances import CONDENSATION, RESIDUAL, ROUNDING, SIMULTANEOUS
 from ..errors import FrictoptError, NoContinuation
+from .mean_load import unscaled_diagnosis
 
 
 @dataclass(frozen=True, repr=False)

@@ -1,14 +1,17 @@
-"""Gross sliding: a rigid motion of the bodies that friction cannot stop."""
+"""Gross sliding: a rigid motion of the bodies that friction cannot stop, by the convex program of their statics."""
 
 from contextlib import suppress
-from typing import NamedTuple
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_triangular
-from scipy.linalg.lapack import dpstrf
 
-from ..contact import COUNTS, RIGID, Array, ContactSystem
+from ..contact import CONDENSATION, COUNTS, RIGID, ROUNDING, Array, ContactSystem
+from ..contact.diagnosis import settled
 from ..errors import NoContinuation, SolverError
+
+if TYPE_CHECKING:
+    import cvxpy as cp
 
 _WITHIN, _PROJECTIONS = 0.99, 50  # of the friction, so that a projection comes to lie within it; at most
 _FOUND = 0.5  # of the largest size of a motion, which one of negative work has; without one there is none, up to rounding
@@ -22,86 +25,154 @@ class _Motion(NamedTuple):
     residual: float
 
 
-def rigid_motions(system: ContactSystem) -> Array:
+def rigid_motions(S: Array) -> Array:
     """(M, k) relative motions that strain nothing, an orthonormal basis: the slides, turns and lifts of bodies that no support guides."""
-    S = system.S
+    from scipy.linalg import solve_triangular  # here, for loads that the closed contact bears need no motions
+    from scipy.linalg.lapack import dpstrf
+
     factor, order, rank, _ = dpstrf(S, tol=RIGID * np.diag(S).max())  # where pivots are rounding, the others follow what is left
     motions = np.eye(len(S), len(S) - rank, -rank)
     motions[:rank] = solve_triangular(factor[:rank, :rank], -factor[:rank, rank:])
     return np.asarray(np.linalg.qr(motions[np.argsort(order)])[0])
 
 
-def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array]) -> None:
-    """Check that contact forces can balance each load, in words that name the motion if they cannot.
+class Statics:
+    """The rigid motions of the bodies, and which loads contact forces within friction can balance in them, whatever the bodies' compliance.
 
     A motion phi = (v, w) that strains nothing, S phi = 0, has the work `phi . r = phi . r^w` with the reactions of every state. Where `w >= f |v|`
     at all nodes, contact forces have no negative work in it (`p >= 0`, `|q| <= f p`). So a load with `phi . r^w < 0` has no state: this proves gross
-    sliding, turning over or lift-off, whatever the slip and the history. Where no forces within friction are found that balance the load, a cone
-    program looks for the motion of size 1 with the least work.
+    sliding, turning over or lift-off, whatever the slip and the history.
+
+    Where slip changes no pressure, B = 0, all states have the pressures p of the load, and v need not lift the bodies that supports press: a motion
+    with `A v = 0` and `v . q^w + sum of f p |v| < 0` is the proof.
+
+    Parameters
+    ----------
+    system, friction
+        The contact and its (N,) coefficients of friction.
+    """
+
+    def __init__(self, system: ContactSystem, friction: Array) -> None:
+        self._system, self._friction = system, friction
+
+    @cached_property
+    def _motions(self) -> Array:
+        return rigid_motions(self._system.S)
+
+    @cached_property
+    def _slides(self) -> Array | None:
+        """(M, k) slides that strain nothing where slip changes no pressure; else None."""
+        S, n = self._system.S, self._system.nodes
+        size = np.sqrt(np.diag(S).clip(0.0))
+        if (np.abs(S[-n:, :-n]) > ROUNDING * np.outer(size[-n:], size[:-n])).any():
+            return None
+        slides = rigid_motions(S[:-n, :-n])
+        return np.vstack([slides, np.zeros((n, slides.shape[1]))])
+
+    def _shifts(self, V: Array) -> Array:
+        """(M, k) those of some motions that move all nodes alike which move at all."""
+        alike = self._system.frames.transpose(1, 0, 2).reshape(len(V), -1) * (np.abs(V).max(axis=1) > COUNTS)[:, None]
+        basis, size, _ = np.linalg.svd(alike, full_matrices=False)
+        basis = basis[:, size > CONDENSATION]
+        within = V.T @ basis
+        _, apart, ways = np.linalg.svd(basis - V @ within, full_matrices=False)
+        return np.asarray(np.linalg.qr(V @ (within @ ways[apart <= CONDENSATION].T))[0])
+
+    def _opposed(self, V: Array, pressed: bool) -> "tuple[cp.Variable, cp.Expression, list[cp.Constraint]]":
+        """Shares (k,) of motions, lifts (N,), free ones where pressures are known, and the rows by which forces have no negative work in them."""
+        import cvxpy as cp  # here, for loads that friction bears need no program
+
+        n, share = self._system.nodes, cp.Variable(V.shape[1], name="share")
+        *v, w = (part @ share for part in V.reshape(-1, n, V.shape[1]))
+        lift = cp.Variable(n, name="lift") if pressed else w
+        return share, lift, [cp.SOC(lift, cp.multiply((1 + COUNTS) * self._friction, cp.vstack(v)))]
+
+    def _balances(self, V: Array, pressed: bool, load: Array) -> bool:
+        """Whether projections on either condition in turn find forces within friction that balance a load."""
+        f, r = self._friction, load.reshape(-1, self._system.nodes)
+        less = _WITHIN * f
+        for _ in range(_PROJECTIONS):
+            q, p, size = r[:-1], r[-1], np.linalg.norm(r[:-1], axis=0)
+            if (size <= f * p).all():
+                return True
+            nearest = p if pressed else np.where(size <= less * p, p, np.maximum(p + less * size, 0.0) / (1 + less**2))
+            r = np.vstack([q * np.minimum(1.0, less * nearest / np.where(size > 0, size, 1.0)), nearest])
+            r = r + (V @ (V.T @ (load - r.ravel()))).reshape(r.shape)
+        return False
+
+    def _driven(self, V: Array, pressed: bool, load: Array) -> Array | None:
+        """The motion (M,) of size 1 with the least work, where it is negative."""
+        if not V.size or self._balances(V, pressed, load):
+            return None
+        import cvxpy as cp
+
+        from ..solve.solvers import solve
+
+        n, scale, (share, lift, rows) = self._system.nodes, float(np.abs(load).max()) or 1.0, self._opposed(V, pressed)
+        work = (V.T @ load / scale) @ share + (load[-n:] / scale @ lift if pressed else 0.0)
+
+        def claimed() -> _Motion:
+            phi = V @ share.value
+            needed = self._friction * np.linalg.norm(phi[:-n].reshape(-1, n), axis=0)
+            phi[-n:] = needed if pressed else phi[-n:]
+            return _Motion(phi, float((needed - phi[-n:]).max()))
+
+        with suppress(SolverError):
+            phi = solve(cp.Problem(cp.Minimize(work), [*rows, cp.SOC(cp.Constant(1.0), share)]), claimed)[0].phi
+            if phi @ phi > _FOUND and phi @ load < -COUNTS * np.abs(phi) @ np.abs(load):
+                return phi
+        return None
+
+    def told(self, name: str, load: Array) -> str | None:
+        """What a load (M,) that has no state does to the bodies, as a sentence that names it; None where it is not proven that it has none."""
+        n, gap = self._system.nodes, self._system.gap
+        if not gap.any() and (np.linalg.norm(load[:-n].reshape(-1, n), axis=0) <= self._friction * load[-n:]).all():
+            return None  # the closed contact rests
+        asked: list[tuple[Array, bool, Array]] = [(self._motions, False, load)]
+        if self._slides is not None and (rest := settled(self._system, load[-n:] - self._system.C @ gap)) is not None:
+            asked.append((self._slides, True, np.r_[load[:-n], rest[1]]))
+        for motions, pressed, forces in asked:
+            for V in (self._shifts(motions), motions) if motions.size else ():  # a body that may slide and turn is said to slide
+                if (phi := self._driven(V, pressed, forces)) is not None:
+                    return self._sentence(name, forces, phi)
+        return None
+
+    def _sentence(self, name: str, load: Array, phi: Array) -> str:
+        """What moves, where to, and the forces: those of the load and of friction in units of the mean slip."""
+        n = self._system.nodes
+        phi, load = (values.reshape(-1, n) for values in (phi, load))
+        sizes = np.linalg.norm(phi[:-1], axis=0)
+        moves = np.abs(phi).max(axis=0) > COUNTS * np.abs(phi).max()
+        where, mean = "" if moves.all() else f" at {int(moves.sum())} of {n} nodes", float(sizes[moves].mean())
+        demand, holds = (float(part) / (mean or 1.0) for part in (-np.sum(phi[:-1] * load[:-1]), phi[-1] @ load[-1]))
+        if mean <= COUNTS * np.abs(phi).max() or demand <= 0 or holds < -COUNTS * demand:
+            return f"the body lifts off or turns over{where}: no pressure with friction up to f p balances {name}; hold it, or press it"
+        along = np.einsum("an,nak->nk", phi[:-1], self._system.frames[:, :-1])[moves].mean(axis=0)
+        size = float(np.linalg.norm(along))
+        if size <= _EVEN * mean:
+            forces = f"drives it with {demand:.4g} per mean slip, above the {max(holds, 0.0):.4g} of friction"
+            return f"the body turns as a whole{where}: {name} {forces}; hold it, or press it"
+        way = ", ".join(f"{part:g}" for part in (along / size).round(6) + 0.0)
+        forces = f"has the shear force {demand:.4g} along ({way}), above f P = {max(holds, 0.0):.4g}"
+        return f"the body slides as a whole{where}: {name} {forces}; hold it, or press it"
+
+
+def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array]) -> None:
+    """Check that contact forces can balance each load, in words that name the motion if they cannot, see `Statics`.
 
     Parameters
     ----------
     system, friction
         The contact and its (N,) coefficients of friction.
     loads
-        Name of a load, as the beginning of a sentence -> its bonded reactions (M,).
+        Name of a load -> its bonded reactions (M,).
 
     Raises
     ------
     NoContinuation
         A load has no state.
     """
-    V, less, beyond = rigid_motions(system), _WITHIN * friction, dict[str, Array]()
+    statics = Statics(system, friction)
     for name, load in loads.items():
-        r = load.reshape(-1, system.nodes)
-        for _ in range(_PROJECTIONS):  # on either condition in turn
-            q, p, size = r[:-1], r[-1], np.linalg.norm(r[:-1], axis=0)
-            if (size <= friction * p).all():
-                break
-            nearest = np.where(size <= less * p, p, np.maximum(p + less * size, 0.0) / (1 + less**2))
-            r = np.vstack([q * np.minimum(1.0, less * nearest / np.where(size > 0, size, 1.0)), nearest])
-            r = r + (V @ (V.T @ (load - r.ravel()))).reshape(r.shape)
-        else:
-            beyond[name] = load
-    if not beyond:
-        return
-    import cvxpy as cp  # here, for loads that friction bears need no program
-
-    from ..solve.solvers import solve
-
-    share, work = cp.Variable(V.shape[1]), cp.Parameter(V.shape[1])
-    *v, w = (part @ share for part in V.reshape(-1, system.nodes, V.shape[1]))
-    opposed = cp.SOC(w, cp.multiply((1 + COUNTS) * friction, cp.vstack(v)))
-    problem = cp.Problem(cp.Minimize(work @ share), [opposed, cp.SOC(cp.Constant(1.0), share)])
-
-    def claimed() -> _Motion:
-        phi = V @ share.value
-        *slid, lifted = phi.reshape(-1, system.nodes)
-        return _Motion(phi, float((friction * np.linalg.norm(slid, axis=0) - lifted).max()))
-
-    for name, load in beyond.items():
-        work.value = V.T @ load / (float(np.abs(load).max()) or 1.0)
-        with suppress(SolverError):
-            phi = solve(problem, claimed)[0].phi
-            if phi @ phi > _FOUND and phi @ load < -COUNTS * np.abs(phi) @ np.abs(load):
-                raise NoContinuation(_sentence(system, name, load, phi))
-
-
-def _sentence(system: ContactSystem, name: str, load: Array, phi: Array) -> str:
-    """What moves, where to, and the forces: those of the load and of friction in units of the mean slip."""
-    phi, load = (values.reshape(-1, system.nodes) for values in (phi, load))
-    sizes = np.linalg.norm(phi[:-1], axis=0)
-    moves = np.abs(phi).max(axis=0) > COUNTS * np.abs(phi).max()
-    where = f"body 1 (at {int(moves.sum())} of {system.nodes} nodes)"
-    mean = float(sizes[moves].mean())
-    demand, holds = (float(part) / (mean or 1.0) for part in (-np.sum(phi[:-1] * load[:-1]), phi[-1] @ load[-1]))
-    if mean <= COUNTS * np.abs(phi).max() or demand <= 0 or holds <= 0:
-        return f"{name} lifts {where} off or turns it over: no pressure with friction up to f p balances it; press the bodies together, or hold them"
-    along = np.einsum("an,nak->nk", phi[:-1], system.frames[:, :-1])[moves].mean(axis=0)
-    size = float(np.linalg.norm(along))
-    way = ", ".join(f"{part:g}" for part in (along / (size or 1.0)).round(6) + 0.0)
-    motion = f"slides as a whole along ({way})" if size > _EVEN * mean else "turns as a whole on its contact"
-    return (
-        f"{name} is beyond friction: {where} {motion}; the load drives it with {demand:.4g}, and friction can hold f P = {holds:.4g} at most: press "
-        "the bodies together, hold them by supports, or load them less"
-    )
+        if text := statics.told(name, load):
+            raise NoContinuation(text)

@@ -81,7 +81,7 @@ class SteppedPath(Transient):
             try:
                 u, r, status = next(states)
             except (NoContinuation, SolverError) as error:
-                free = isinstance(error, SolverError) and rigid_motions(self.system).size
+                free = isinstance(error, SolverError) and rigid_motions(self.system.S).size
                 hint = f" ({self.forces_there(self.state.r)})" if free else ""
                 raise type(error)(f"{where}, increment {step} of {self.steps}: {error}{hint}") from error
             before = self.state

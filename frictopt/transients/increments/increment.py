@@ -181,13 +181,13 @@ class FrictionIncrement(ABC):
         try:
             return self._solved(posed)
         except SolverError:
-            check_sliding(self.system, self.friction, {"friction increment: the load": joined(*posed.bonded)})
+            check_sliding(self.system, self.friction, {"the load": joined(*posed.bonded)})
             raise
 
     @property
     def _remedy(self) -> str:
         """Why there may be no state, and what to change."""
-        if rigid_motions(self.system).size:
+        if rigid_motions(self.system.S).size:
             return f"the body may slide or open as a whole, or friction is above the critical value there: {HOLD}"
         return "try smaller load steps, or less friction (above the critical friction there may be no state, or several)"
 
