@@ -2,12 +2,15 @@
 
 import os
 import resource
+import signal
 import sqlite3
 import subprocess
 import sys
 import threading
+import time
 import warnings
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +35,31 @@ def told(*run):
 tests.Store.write = told
 tests.study(store=sys.argv[1])
 """
+
+POOL = """
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+import test_dissipation_store as tests
+with ProcessPoolExecutor(2, get_context("spawn"), initializer=tests.hang_above) as pool:
+    try:
+        tests.study(executor=pool, store=sys.argv[1])
+    except KeyboardInterrupt as interrupt:
+        print(len(interrupt.table), flush=True)
+        sys.stdin.readline()
+"""
+PATH = os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(fo.__file__).parents[1]), str(Path(__file__).parent)])}
+
+
+def hang_above():
+    """Let runs at all but the first fifteen load factors never end."""
+
+    def steady_state(*args, **options):
+        if args[3] > FACTORS[14]:
+            time.sleep(1e6)
+        return fo.steady_state(*args, **options)
+
+    run.steady_state = steady_state
 
 
 def study(**options):
@@ -172,10 +200,9 @@ def test_a_row_that_was_changed_is_not_believed_and_its_run_repeated(file, undis
 
 def test_a_killed_process_loses_no_finished_run(tmp_path, undisturbed, followed):
     """Each process goes on where the last one was killed, and is killed itself after some more runs."""
-    path = {"PYTHONPATH": os.pathsep.join([str(Path(fo.__file__).parents[1]), str(Path(__file__).parent)])}
     for done in (1, 8):
         with subprocess.Popen(
-            [sys.executable, "-c", DRIVER, tmp_path / "runs"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=os.environ | path
+            [sys.executable, "-c", DRIVER, tmp_path / "runs"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=PATH
         ) as driver:
             for _ in range(done):
                 assert driver.stdout.readline() == "\n"
@@ -185,6 +212,30 @@ def test_a_killed_process_loses_no_finished_run(tmp_path, undisturbed, followed)
     assert len(fo.results.read_store(tmp_path / "runs")) == 2 + 9
     same(study(store=tmp_path / "runs"), undisturbed)
     assert len(followed) == len(FACTORS) - 11
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stop", [signal.SIGKILL, signal.SIGINT], ids=lambda stop: stop.name)
+def test_a_killed_pool_loses_no_more_than_what_is_at_work(tmp_path, undisturbed, followed, stop):
+    """Both of its processes hang when it is killed, or interrupted with them as Ctrl-C does."""
+    options = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "env": PATH, "start_new_session": True}
+    with subprocess.Popen([sys.executable, "-c", POOL, tmp_path / "runs"], **options) as driver:
+        try:
+            kept, patience = 0, time.monotonic() + 300
+            while kept < 15 and time.monotonic() < patience:
+                time.sleep(0.1)
+                with suppress(fo.StoreError):  # not made yet
+                    kept = len(fo.results.read_store(tmp_path / "runs"))
+            if stop == signal.SIGKILL:
+                driver.kill()
+            else:
+                os.killpg(driver.pid, stop)
+                assert driver.stdout.readline() == "15\n"
+        finally:
+            os.killpg(driver.pid, signal.SIGKILL)
+    assert fo.results.read_store(tmp_path / "runs").load_factor.sort_values().tolist() == FACTORS[:15].tolist()
+    same(study(store=tmp_path / "runs"), undisturbed)
+    assert followed == FACTORS[15:].tolist()
 
 
 def test_a_run_that_failed_is_tried_again_and_never_replaces_a_result(undisturbed, followed, tmp_path, monkeypatch):
@@ -237,11 +288,11 @@ def test_a_full_disk_is_a_clear_error_and_what_is_done_is_kept(tmp_path, undistu
     write, limits = Store.write, resource.getrlimit(resource.RLIMIT_FSIZE)
     done = []
 
-    def until_full(self, row):
-        done.append(row)
+    def until_full(self, rows):
+        done.append(rows)
         if len(done) == 6:
             resource.setrlimit(resource.RLIMIT_FSIZE, (0, limits[1]))
-        write(self, row)
+        write(self, rows)
 
     with monkeypatch.context() as patch:
         patch.setattr(Store, "write", until_full)
@@ -274,9 +325,9 @@ def test_a_store_that_goes_away_leaves_the_finished_rows_in_the_error(tmp_path, 
 def test_studies_that_write_by_turns_keep_each_run_once(undisturbed, tmp_path, monkeypatch):
     write, turns = Store.write, threading.Barrier(2, timeout=60)
 
-    def by_turns(self, row):
+    def by_turns(self, rows):
         turns.wait()
-        write(self, row)
+        write(self, rows)
 
     monkeypatch.setattr(Store, "write", by_turns)
     with ThreadPoolExecutor(2) as threads:
@@ -290,8 +341,8 @@ def test_studies_that_write_by_turns_keep_each_run_once(undisturbed, tmp_path, m
 def test_a_store_can_be_read_while_it_is_written(tmp_path, monkeypatch):
     write, seen = Store.write, []
 
-    def watched(self, row):
-        write(self, row)
+    def watched(self, rows):
+        write(self, rows)
         seen.append(len(fo.results.read_store(self.path)))
 
     monkeypatch.setattr(Store, "write", watched)

@@ -220,18 +220,35 @@ def test_bad_input_is_refused_by_name(change, contact):
 
 
 class Foreign(Executor):
-    """An executor that hands out what `answer` makes of a batch's rows, and takes `most` batches."""
+    """An executor that hands out what `answer` makes of a task's rows, and takes `most` tasks."""
 
-    def __init__(self, answer, most=9):
-        self.answer, self.most = answer, most
+    def __init__(self, answer, most=999):
+        self.answer, self.most, self.sizes = answer, most, []
 
     def submit(self, follow, batch):
-        self.most -= 1
-        if self.most < 0:
+        if len(self.sizes) == self.most:
             raise OSError("link down")
+        self.sizes.append(len(batch))
         future = Future()
         self.answer(future, follow(batch))
         return future
+
+
+@pytest.mark.parametrize("seconds, sizes", [(1e9, [3] * 20), (0.0, [3] * 20 + [2] * 20 + [1] * 20)])
+def test_few_runs_are_spread_and_many_are_tasks_that_end_in_time(contact, starts, factors, table, tmp_path, monkeypatch, seconds, sizes):
+    """A task without time follows one of its runs and hands the others back, which then have room for twenty tasks again."""
+    few = Foreign(Future.set_result)
+    fo.dissipation_study(contact, CYCLE, 0.4, factors, executor=few)
+    assert few.sizes == [1, 1, 1]
+    monkeypatch.setattr(run, "_TASKS", 20)
+    monkeypatch.setattr(run, "_SECONDS", seconds)
+    write, written = Store.write, []
+    monkeypatch.setattr(Store, "write", lambda self, rows: written.append(len(rows)) or write(self, rows))
+    many = Foreign(Future.set_result)
+    study = fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, executor=many, store=tmp_path / "runs")
+    pd.testing.assert_frame_equal(results(study), results(table), check_exact=True)
+    assert many.sizes == sizes and len(fo.results.read_store(tmp_path / "runs")) == len(table)
+    assert written == [60 // len(set(sizes))] * len(set(sizes))  # what is done at the same time is written at once
 
 
 @pytest.mark.parametrize("kind", [ThreadPoolExecutor, ProcessPoolExecutor])
@@ -244,7 +261,7 @@ def test_an_executor_that_takes_no_runs_is_named(contact, kind):
 
 
 def test_runs_that_an_executor_loses_are_rows_that_say_so_and_are_not_kept(contact, starts, factors, table, tmp_path):
-    part = fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, executor=Foreign(Future.set_result, most=1), store=tmp_path / "runs")
+    part = fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, executor=Foreign(Future.set_result, most=16), store=tmp_path / "runs")
     lost = part.outcome == "FAILED"
     assert lost.sum() == len(table) - 16 and part.error[lost].str.contains("link down").all()
     pd.testing.assert_frame_equal(results(part[~lost]), results(table[~lost]), check_exact=True)
@@ -262,16 +279,16 @@ def test_an_interrupt_leaves_what_an_executor_has_finished_and_cancels_the_rest(
         if len(futures) == 1:
             future.set_result(rows)
 
-    def interrupted(self, row):
-        write(self, row)
-        if len(self.read()) == 16:
+    def interrupted(self, rows):
+        write(self, rows)
+        if len(futures) == len(table):
             futures[1].set_exception(KeyboardInterrupt())
 
     monkeypatch.setattr(Store, "write", interrupted)
     with pytest.raises(KeyboardInterrupt) as stop:
         fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, executor=Foreign(first_alone), store=tmp_path / "runs")
-    pd.testing.assert_frame_equal(results(stop.value.table), results(table.head(16)), check_exact=True)
-    assert len(futures) == 4 and all(future.cancelled() for future in futures[2:])
+    pd.testing.assert_frame_equal(results(stop.value.table), results(table.head(1)), check_exact=True)
+    assert len(futures) == len(table) and all(future.cancelled() for future in futures[2:])
 
 
 def test_futures_that_cannot_be_cancelled_are_futures(contact, factors, table, monkeypatch):

@@ -66,10 +66,12 @@ def dissipation_study(
         command `frictopt merge` puts the stores together. None: all runs.
     executor
         Any executor of `concurrent.futures`' interface, such as a `ProcessPoolExecutor` or a dask client's `get_executor()`; None: runs are
-        followed one by one in this process. A run that it loses is a row that says so, and is not kept in the store.
+        followed one by one in this process. It gets at most 256 tasks at a time; each ends with the run in which its first second is over. A run that
+        it loses is a row that says so, and is not kept in the store.
     store
-        File that keeps each finished run by its content: a study that is started again computes only the missing runs and those that failed, which
-        other versions may follow. Several studies may share the file on a disk of this machine. `results.read_store` reads it.
+        File that keeps each run by its content when its task ends: a study that is started again, also after it was killed, computes only the missing
+        runs and those that failed, which other versions may follow. Several studies may share the file on a disk of this machine.
+        `results.read_store` reads it.
     progress
         Show count, rate and time left, on a terminal and in a notebook.
 
@@ -127,11 +129,11 @@ def dissipation_study(
                 rows.update((row["key"], row) for row in kept.read().to_dict("records") if row["key"] in keys and row["outcome"] != FAILED)
             missing = [run for key, run in keys.items() if key not in rows]
             bar = stack.enter_context(bar_of(progress, "transients", "run", total=len(keys), initial=len(rows)))
-            for row, answered in stack.enter_context(closing(execute(missing, executor))):
-                rows[row["key"]] = row
+            for found, answered in stack.enter_context(closing(execute(missing, executor))):
+                rows.update((row["key"], row) for row in found)
                 if kept is not None and answered:
-                    kept.write(row)
-                bar.update()
+                    kept.write(found)
+                bar.update(len(found))
             return _table(runs, rows)
         except StoreError as error:
             error.table = _table(runs, rows)

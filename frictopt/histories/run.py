@@ -2,11 +2,14 @@
 
 import hashlib
 import time
+from collections import deque
 from collections.abc import Generator, Sequence
-from concurrent.futures import Executor, Future, as_completed
+from concurrent.futures import Executor, Future
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, cached_property
+from math import ceil
+from queue import SimpleQueue
 from typing import Any
 
 import numpy as np
@@ -22,7 +25,8 @@ from .starts import Start, root_mean_square
 from .store import FAILED
 
 _libraries = cache(ThreadpoolController)  # of BLAS, found once
-_BATCH = 16  # runs in one task of an executor: the arrays of their contact are sent once for all of them
+_TASKS = 256  # that an executor has at a time; each holds the arrays of its contact
+_SECONDS = 1.0  # after which a task begins no other run
 
 Row = dict[str, Any]
 
@@ -77,45 +81,63 @@ def _digest(*values: ArrayLike | None) -> bytes:
     return hashlib.sha256(b"".join(hashlib.sha256(part).digest() for part in parts)).digest()
 
 
-def execute(runs: Sequence[Run], executor: Executor | None) -> Generator[tuple[Row, bool]]:
+def execute(runs: Sequence[Run], executor: Executor | None) -> Generator[tuple[list[Row], bool]]:
     """Follow runs, here or by an executor, and yield their rows as they finish, in any order; closing the iterator cancels the others.
 
-    Each row comes with whether it is a result of the run: it is not where the executor lost the run.
+    Rows come with whether they are results of their runs: they are not where the executor lost the runs.
     """
     if executor is None:
-        yield from ((_follow([run])[0], True) for run in runs)
+        yield from ((_follow([run]), True) for run in runs)
         return
-    futures: dict[Future[list[Row]], Sequence[Run]] = {}
     if any(run.case.system.tangents == 1 for run in runs):
         compiled()  # once for all processes here
+    waiting, tasks = deque(runs), dict[Future[list[Row]], list[Run]]()
+    done = SimpleQueue[Future[list[Row]]]()
+    taken = False
     try:
-        for batch in (runs[first : first + _BATCH] for first in range(0, len(runs), _BATCH)):
-            try:
-                future = executor.submit(_follow, batch)
-            except Exception as error:  # also in the middle, from a pool whose processes have died
-                if not futures:
-                    why = f"{type(error).__name__}: {error}"
-                    raise ModelError(f"executor: {executor!r} takes no runs ({why}); give one that is open, of concurrent.futures or dask") from error
-                future = Future()
-                future.set_exception(error)
-            futures[future] = batch
-        for future in as_completed(futures):
-            try:
-                yield from ((row, True) for row in future.result())
-            except Exception as error:
-                yield from (
-                    (_failed(run, f"not followed, its executor lost it ({error!r}); start the study again"), False) for run in futures[future]
-                )
+        while waiting or tasks:
+            while waiting and len(tasks) < _TASKS:
+                batch = [waiting.popleft() for _ in range(ceil(len(waiting) / (_TASKS - len(tasks))))]
+                try:
+                    future = executor.submit(_follow, batch)
+                except Exception as error:  # also in the middle, from a pool whose processes have died
+                    if not taken:
+                        what = f"executor: {executor!r} takes no runs ({type(error).__name__}: {error})"
+                        raise ModelError(f"{what}; give one that is open, of concurrent.futures or dask") from error
+                    yield _lost(batch, error), False
+                else:
+                    taken, tasks[future] = True, batch
+                    future.add_done_callback(done.put)
+            if tasks:
+                rows: list[Row] = []
+                for future in [done.get(), *(done.get() for _ in range(done.qsize()))]:  # all at once, because a store may be slower than tasks
+                    batch = tasks.pop(future)
+                    try:
+                        rows += (found := future.result())
+                    except Exception as error:
+                        yield _lost(batch, error), False
+                    else:
+                        waiting.extend(batch[len(found) :])
+                yield rows, True
     finally:
-        for future in futures:
+        for future in tasks:
             with suppress(NotImplementedError):  # Parsl's futures
                 future.cancel()
 
 
+def _lost(runs: Sequence[Run], error: Exception) -> list[Row]:
+    return [_failed(run, f"not followed, its executor lost it ({error!r}); start the study again") for run in runs]
+
+
 def _follow(runs: Sequence[Run]) -> list[Row]:
-    """Follow runs one after the other with one BLAS thread, so that the rows do not depend on the machine, except for the seconds."""
+    """Follow the first run, and more until the time of a task is over; one BLAS thread: no row depends on the machine, except for its seconds."""
+    rows, end = [], time.perf_counter() + _SECONDS
     with _libraries().limit(limits=1):
-        return [_row(run) for run in runs]
+        for run in runs:
+            rows.append(_row(run))
+            if time.perf_counter() >= end:
+                break
+    return rows
 
 
 def _row(run: Run) -> Row:

@@ -1,6 +1,6 @@
 """Runs of a study on disk: one sqlite file with one table, one row for each run; the key is a digest of the run's content.
 
-Each row is its own transaction. So sqlite protects the file if a writer is killed, or if several write at the same time.
+Rows that become known together are one transaction. So sqlite protects the file if a writer is killed, or if several write at the same time.
 """
 
 import os
@@ -122,22 +122,19 @@ class Store:
             warnings.warn(f"store: {str(self.path)!r}: {damaged} rows are damaged and do not count", DamagedRows, stacklevel=3)
         return pd.DataFrame(sound, columns=list(TYPES)).astype(TYPES)
 
-    def write(self, row: Mapping[str, Any]) -> None:
-        """Write the row of one run, NULL for what it lacks; it replaces a row with the same key, but a run that failed never replaces a result.
+    def write(self, rows: Iterable[Mapping[str, Any]]) -> None:
+        """Write rows, all or none, NULL for what they lack; a row replaces one with the same key, but a run that failed never replaces a result.
 
         Raises
         ------
         StoreError
-            The row cannot be written.
+            The rows cannot be written.
         """
-        given: dict[str, Any] = {name: row.get(name) for name in TYPES}
-        values = [None if pd.isna(value) else float(value) + 0.0 if TYPES[name] == "float64" else value for name, value in given.items()]
-        with self._errors():  # sqlite has neither NaN nor a sign of zero
-            known = "EXISTS (SELECT 1 FROM runs WHERE key = ? AND outcome <> ?)"
-            self._connection.execute(
-                f"INSERT OR REPLACE INTO runs SELECT {', '.join('?' * len(values))}, ? WHERE NOT (? = ? AND {known})",
-                (*values, _checksum(values), row["outcome"], FAILED, row["key"], FAILED),
-            )
+        marks, changes = ", ".join("?" * (len(TYPES) + 1)), ", ".join(f"{name} = excluded.{name}" for name in (*TYPES, "checksum"))
+        put = f"INSERT INTO runs VALUES ({marks}) ON CONFLICT (key) DO UPDATE SET {changes} WHERE excluded.outcome <> ? OR outcome = ?"
+        with self._errors(), self._connection:
+            self._connection.execute("BEGIN IMMEDIATE")
+            self._connection.executemany(put, [(*(values := _values(row)), _checksum(values), FAILED, FAILED) for row in rows])
 
     @contextmanager
     def _errors(self) -> Iterator[None]:
@@ -231,9 +228,14 @@ def merge_stores(into: str | os.PathLike[str], parts: Iterable[str | os.PathLike
     """
     found = [row for part in listed("parts", parts) for row in read_store(part).to_dict("records")]
     with closing(Store(into)) as store:
-        for row in found:
-            store.write(row)
+        store.write(found)
         return len(store.read())
+
+
+def _values(row: Mapping[str, Any]) -> list[Any]:
+    """What sqlite keeps of a row: it has neither NaN nor a sign of zero."""
+    given: dict[str, Any] = {name: row.get(name) for name in TYPES}
+    return [None if pd.isna(value) else float(value) + 0.0 if TYPES[name] == "float64" else value for name, value in given.items()]
 
 
 def _checksum(values: list[Any]) -> int:
