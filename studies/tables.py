@@ -9,6 +9,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
@@ -58,13 +59,13 @@ def writable(name: str | Path) -> Path:
 
 def whole_number(least: int, most: int = 10**6) -> Callable[[str], int]:
     """Type of a command line's option: a whole number in this range, else an `argparse.ArgumentTypeError`."""
+    return partial(_whole_number, least, most)  # no function of its own: tables take their options with them to other processes
 
-    def read(text: str) -> int:
-        if not text.strip().isdecimal() or len(text) > 30 or not least <= int(text) <= most:
-            raise argparse.ArgumentTypeError(f"{text!r}; give a whole number of at least {least} and at most {most}")
-        return int(text)
 
-    return read
+def _whole_number(least: int, most: int, text: str) -> int:
+    if not text.strip().isdecimal() or len(text) > 30 or not least <= int(text) <= most:
+        raise argparse.ArgumentTypeError(f"{text!r}; give a whole number of at least {least} and at most {most}")
+    return int(text)
 
 
 def markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -1,6 +1,7 @@
 """Tables of the studies: when a stored one is used again, and what is left where one cannot be written."""
 
 import os
+import pickle
 import sys
 from dataclasses import dataclass, replace
 from types import ModuleType
@@ -30,6 +31,12 @@ def counted():
         return pd.DataFrame({"square": [row**2 for row in range(parameters.rows)]})
 
     return Table("squares", "a square", {"square": "number"}, full=Count(), quick=Count(2), compute=compute), calls
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_tables_travel_to_other_processes_with_their_options(name):
+    for table in STUDIES[name].tables:
+        assert pickle.loads(pickle.dumps(table)).parameters(quick=True) == table.quick
 
 
 def test_stored_table_is_used_again(counted, tmp_path):
