@@ -15,6 +15,7 @@ from typing import Any, Protocol, cast
 import pandas as pd
 from matplotlib.figure import Figure
 
+from frictopt.contact import bar_of
 from frictopt.contact.files import to_its_end
 from studies.tables import INTERRUPTED, Table, data_folder, whole_number, writable
 
@@ -55,7 +56,7 @@ def make(name: str, *, quick: bool = False, data: Path | None = None, output: Pa
     script = FIGURES[name]
     folder = data or data_folder(quick)
     tables = {key: table.load(table.parameters(quick), folder) for key, table in script.TABLES.items()}
-    with style.styled():
+    with bar_of(True, f"drawing {name}", "figure", total=1, leave=False, delay=2), style.styled():
         return style.save(script.draw(tables), name, output or style.output_folder(quick))
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from threadpoolctl import threadpool_limits
-from tqdm import tqdm
 
+from frictopt.contact import bar_of
 from studies.tables import Table
 
 
@@ -36,7 +36,10 @@ def prepare(tables: Iterable[Table[Any]], quick: bool, folder: Path, workers: in
             studies.setdefault(table.compute.__module__, []).append(table)
     if not studies:
         return
-    with ProcessPoolExecutor(min(workers, len(studies)), get_context("spawn"), _begin) as pool, tqdm(total=len(studies), desc="studies") as bar:
+    with (
+        ProcessPoolExecutor(min(workers, len(studies)), get_context("spawn"), _begin) as pool,
+        bar_of(True, "studies", "study", total=len(studies)) as bar,
+    ):
         jobs = [pool.submit(_compute, missing, quick, folder) for missing in reversed(studies.values())]  # the longest are among the last
         try:
             for job in as_completed(jobs):

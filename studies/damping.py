@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from skfem import MeshQuad
-from tqdm import tqdm
 
 import frictopt as fo
 
+from .progress import each
 from .tables import Study, Table, described, markdown
 
 _ARM, _THICKNESS = 3.0, 0.5  # of each plate beyond the overlap, over half its length
@@ -70,14 +70,14 @@ def _cycle(mean: str, case: str) -> fo.LoadCycle:
 
 def backbones(parameters: Parameters) -> pd.DataFrame:
     """One row for each joint and load factor."""
-    asked = tqdm(joints(parameters).items(), desc="backbones", disable=None)
+    asked = each(joints(parameters).items(), "backbones")
     return pd.concat([_curve(name, joint, parameters.friction, parameters.ratios) for name, joint in asked], ignore_index=True)
 
 
 def by_friction(parameters: Parameters) -> pd.DataFrame:
     """One row for each friction and load factor of the dovetail and of the lap joint."""
     made = joints(parameters)
-    asked = tqdm([(name, f) for name in ("dovetail", "lap joint") for f in parameters.frictions], desc="frictions", disable=None)
+    asked = each([(name, f) for name in ("dovetail", "lap joint") for f in parameters.frictions], "frictions")
     return pd.concat([_curve(name, made[name], f, parameters.friction_ratios) for name, f in asked], ignore_index=True)
 
 

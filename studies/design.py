@@ -13,11 +13,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from skfem import MeshHex
-from tqdm import tqdm
 
 import frictopt as fo
 
 from .paper import LOADS
+from .progress import each
 from .tables import Row, Study, Table, markdown
 
 _FRICTION, _ABOVE, _BOLTS, _WASHER = 0.5, 1.3, (-1.0, 0.0, 1.0), 0.35
@@ -88,7 +88,7 @@ def _designs(system: fo.ContactSystem, friction: float, depths: Sequence[float])
 def limits(parameters: Parameters) -> Iterator[Row]:
     """One row for each friction, depth and kind of face."""
     system = fo.scenes.PunchOnHalfPlane(elements=parameters.elements).condense()
-    for friction in tqdm(parameters.frictions, desc="frictions", disable=None):
+    for friction in each(parameters.frictions, "frictions"):
         for depth, face, design in _designs(system, friction, parameters.depths):
             yield {"depth": depth, "face": face, **_limits(design, friction)}
 

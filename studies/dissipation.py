@@ -18,6 +18,7 @@ import pandas as pd
 import frictopt as fo
 
 from .paper import LOADS, force_unit, slip_unit
+from .progress import each
 from .tables import Row, Study, Table, described, whole_number
 
 
@@ -72,7 +73,7 @@ def runs_of(parameters: Parameters, workers: int = 1, store: str | None = None) 
     """One row for each friction, load factor and start."""
     parts = []
     with nullcontext() if workers == 1 else ProcessPoolExecutor(workers, get_context("spawn")) as pool:
-        for case, ratio in product(cases_of(parameters), parameters.ratios):
+        for case, ratio in each(product(cases_of(parameters), parameters.ratios), "frictions and loads"):
             load_factor = ratio * case.limit
             starts = starts_of(parameters, case, load_factor)
             part = fo.dissipation_study(case.system, LOADS, case.friction, [load_factor], starts, executor=pool, store=store)

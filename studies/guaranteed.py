@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from tqdm import tqdm
 
 import frictopt as fo
 
 from .paper import LOADS, slip_unit
+from .progress import each
 from .tables import Row, Study, Table
 
 PAIR_LOADS = fo.LoadCycle(mean={"mean": 1.0}, corners=[{"cyclic": -1.0}, {"cyclic": 1.0}])
@@ -70,7 +70,7 @@ def limits_by_corner(parameters: Parameters) -> pd.DataFrame:
 
 
 def _by_mesh(meshes: Sequence[int], frictions: Sequence[float], what: str) -> Iterator[Row]:
-    for elements in tqdm(meshes, desc=what, disable=None):
+    for elements in each(meshes, what):
         scene = fo.scenes.PunchOnHalfPlane(elements=elements, grading="sine")
         system = scene.condense()
         model = fo.GuaranteedModel(system, LOADS)
@@ -81,7 +81,7 @@ def limits_by_bound(parameters: Parameters) -> Iterator[Row]:
     """One row per friction coefficient and slip bound."""
     scene = fo.scenes.PunchOnHalfPlane(elements=parameters.bound_elements, grading="sine")
     system = scene.condense()
-    for bound in tqdm(parameters.bounds, desc="guaranteed limit by slip bound", disable=None):
+    for bound in each(parameters.bounds, "guaranteed limit by slip bound"):
         model = fo.GuaranteedModel(system, LOADS, slip_bound=bound * slip_unit(system))
         limits = {friction: model.solve(friction) for friction in parameters.bound_frictions}
         yield from [_mesh(scene) | {"slip_bound": bound} | _limits(system, limit, friction) for friction, limit in limits.items()]

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from tqdm import tqdm
 
 import frictopt as fo
 from frictopt.reference import bonded_corner, sliding_corner_exponent
 
 from .paper import LOADS, force_unit, slip_unit
+from .progress import each
 from .tables import Row, Study, Table, described
 
 _BELOW = 0.95  # friction over the traction ratio of the bonded corner, near which the limit goes with no power of the mesh
@@ -59,7 +59,7 @@ QUICK = Parameters(
 
 def limits_by_friction(parameters: Parameters) -> Iterator[Row]:
     """One row per mesh and friction coefficient."""
-    for elements in tqdm(parameters.elements, desc="limits by friction", disable=None):
+    for elements in each(parameters.elements, "limits by friction"):
         scene = fo.scenes.PunchOnHalfPlane(elements=elements, grading="sine")
         system = scene.condense()
         part = _limits(system, parameters.frictions)
@@ -72,7 +72,7 @@ def limits_by_corner(parameters: Parameters) -> Iterator[Row]:
     """One row per mesh and friction coefficient."""
     scenes = [fo.scenes.PunchOnHalfPlane(elements=elements, grading="sine") for elements in parameters.corner_elements]
     scenes += [fo.scenes.PunchOnHalfPlane(elements=parameters.graded_elements, grading=float(grading)) for grading in parameters.gradings]
-    for scene in tqdm(scenes, desc="limits by corner size", disable=None):
+    for scene in each(scenes, "limits by corner size"):
         yield _limits(scene.condense(), parameters.corner_frictions).assign(**_mesh(scene))
 
 
@@ -97,7 +97,7 @@ def reactions_at_limit(parameters: Parameters) -> Iterator[Row]:
     """One row per friction coefficient, load corner and node."""
     scene = fo.scenes.PunchOnHalfPlane(elements=parameters.reaction_elements)
     model = fo.ShakedownModel(scene.condense(), LOADS)
-    for friction in tqdm(parameters.reaction_frictions, desc="reactions at the limit", disable=None):
+    for friction in each(parameters.reaction_frictions, "reactions at the limit"):
         limit = model.solve(friction)
         for corner in range(len(LOADS.corners)):
             yield _corner_reactions(limit, friction, corner).assign(**_mesh(scene))
@@ -106,7 +106,7 @@ def reactions_at_limit(parameters: Parameters) -> Iterator[Row]:
 def limits_by_surface(parameters: Parameters) -> Iterator[Row]:
     """One row per mesh and stiffness of the surfaces."""
     f = parameters.surface_friction
-    for elements in tqdm(parameters.surface_elements, desc="limits by contact stiffness", disable=None):
+    for elements in each(parameters.surface_elements, "limits by contact stiffness"):
         scene = fo.scenes.PunchOnHalfPlane(elements=elements, grading="sine")
         hard = scene.condense()
         for give in parameters.surfaces:

@@ -16,6 +16,7 @@ import frictopt as fo
 
 from . import dissipation
 from .paper import LOADS, slip_unit, work_unit
+from .progress import each
 from .tables import Row, Study, Table
 
 _INSIDE = 1e-6  # excess over the range, relative, that counts as rounding
@@ -39,7 +40,7 @@ QUICK = Parameters(sampled=dissipation.QUICK, protocol_elements=16, protocol_fri
 def _ranges(parameters: Parameters) -> list[tuple[dissipation.Case, float, fo.results.DissipationRange]]:
     """Case, load ratio and range, for each friction and load of the sample."""
     asked = [(case, ratio) for case in dissipation.cases_of(parameters.sampled) for ratio in parameters.sampled.ratios]
-    return [(case, ratio, fo.dissipation_range(case.system, LOADS, case.friction, ratio * case.limit)) for case, ratio in asked]
+    return [(case, ratio, fo.dissipation_range(case.system, LOADS, case.friction, ratio * case.limit)) for case, ratio in each(asked, "ranges")]
 
 
 def found_of(parameters: Parameters) -> Iterator[Row]:

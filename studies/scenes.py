@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from tqdm import tqdm
 
 import frictopt as fo
 
+from .progress import each
 from .tables import Study, Table
 
 
@@ -44,7 +44,7 @@ def punch(radius: float, elements: int) -> fo.scenes.PunchOnHalfPlane | fo.scene
 
 def limits(parameters: Parameters) -> pd.DataFrame:
     """One row per scene, load and friction coefficient."""
-    return pd.DataFrame([_row(*run) for run in tqdm(list(_runs(parameters)), desc="limits of the scenes", disable=None)])
+    return pd.DataFrame([_row(*run) for run in each(list(_runs(parameters)), "limits of the scenes")])
 
 
 def _runs(parameters: Parameters) -> Iterator[tuple[str, str, float, fo.ContactSystem, fo.LoadCycle, float]]:

@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from tqdm import tqdm
 
 import frictopt as fo
 
 from .paper import LOADS
+from .progress import each
 from .tables import Row, Study, Table, markdown, two_digits
 
 _RADIUS, _HALF_LENGTH = 1.0, 2.0  # of the cylinder; E* = 1, and P so that the half-width of the contact is 1
@@ -78,7 +78,7 @@ def cylinder(parameters: Parameters) -> Iterator[Row]:
     """One row per mesh."""
     pressure = np.pi / 4  # P = pi E* a^2 / (4 R) for a = 1
     loads = fo.LoadCycle({"P": pressure}, [{"Q": -_CYLINDER_FRICTION * pressure}, {"Q": _CYLINDER_FRICTION * pressure}])
-    for cells in tqdm(parameters.cells, desc="cylinder", disable=None):
+    for cells in each(parameters.cells, "cylinder"):
         contact = fo.ContactSystem.from_blocks(**fo.reference.half_plane_contact(cells, _HALF_LENGTH, 1.0, R=_RADIUS))
         yield {"size": 2 * _HALF_LENGTH / cells} | _row(contact, loads, _CYLINDER_FRICTION)
 
@@ -88,7 +88,7 @@ def rounded(parameters: Parameters) -> Iterator[Row]:
     asked = [(elements, size, parameters.friction) for elements in parameters.elements for size in parameters.roundings]
     asked += [(parameters.friction_elements, size, friction) for friction in parameters.frictions for size in parameters.roundings]
     scenes = {elements: fo.scenes.PunchOnHalfPlane(elements=elements, grading=3).condense() for elements in {elements for elements, _, _ in asked}}
-    for elements, size, friction in tqdm(dict.fromkeys(asked), desc="rounded punch", disable=None):
+    for elements, size, friction in each(dict.fromkeys(asked), "rounded punch"):
         contact = scenes[elements].with_gap(size * np.maximum(np.abs(scenes[elements].x) - 0.6, 0.0) ** 2)
         yield {"elements": elements, "rounding": size} | _row(contact, LOADS, friction)
 
@@ -99,7 +99,7 @@ def closed(parameters: Parameters) -> Iterator[Row]:
     fit = fo.LoadCycle({"fit": 1.0}, [{"Fx": -1.0}, {"Fx": 1.0}])
     for name, scene, cycle, frictions in (("flat punch", punch, LOADS, parameters.flat_frictions), ("pin", pin, fit, parameters.pin_frictions)):
         contact = scene.condense()
-        for friction in tqdm(frictions, desc=name, disable=None):
+        for friction in each(frictions, name):
             limit = fo.shakedown_limit(contact, cycle, friction)
             largest = _BEYOND * limit.load_factor
             rests = fo.limit_after_protocol(contact, cycle, friction, start=limit.slip, up_to=largest, scan=parameters.closed_scan)

@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
-from tqdm import tqdm
 
 import frictopt as fo
 
 from .paper import LOADS
+from .progress import each
 from .tables import Study, Table, markdown, two_digits
 
 _FRICTION = 0.5
@@ -51,7 +51,7 @@ def times_by_size(parameters: Parameters) -> pd.DataFrame:
     sizes = [("plane", elements) for elements in parameters.plane] + [("space", elements) for elements in parameters.space]
     rows = []
     with ProcessPoolExecutor(1, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
-        for scene, elements in tqdm(sizes, desc="times by size", disable=None):
+        for scene, elements in each(sizes, "times by size"):
             guaranteed, transients = (elements <= getattr(parameters, f"{scene}_{what}") for what in ("guaranteed", "transients"))
             rows += pool.submit(_answered, scene, elements, guaranteed, transients).result()
     return pd.DataFrame(rows)

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from tqdm import tqdm
 
 import frictopt as fo
 
+from .progress import each
 from .tables import Row, Study, Table, markdown, two_digits
 
 
@@ -73,14 +73,14 @@ def against_friction(parameters: Parameters) -> pd.DataFrame:
     """One row for each load cycle and friction coefficient."""
     system, cycles = _punch(parameters.elements)
     asked = [(load, friction) for load in cycles for friction in parameters.frictions]
-    shown = tqdm(asked, desc="limits against friction", disable=None)
+    shown = each(asked, "limits against friction")
     return pd.DataFrame([{"load": load, "friction": friction} | _limits(system, cycles[load], friction) for load, friction in shown])
 
 
 def against_mesh(parameters: Parameters) -> Iterator[Row]:
     """One row for each contact, mesh and load cycle."""
     asked = [("square punch", _punch, count) for count in parameters.meshes] + [("sphere", _sphere, count) for count in parameters.cells]
-    for scene, contact, count in tqdm(asked, desc="limits against the mesh", disable=None):
+    for scene, contact, count in each(asked, "limits against the mesh"):
         system, cycles = contact(count)
         for load, cycle in cycles.items():
             yield {"scene": scene, "nodes": system.nodes, "load": load} | _limits(system, cycle, parameters.friction)

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
-from tqdm import tqdm
 
 import frictopt as fo
 
+from .progress import each
 from .space import LOADS
 from .tables import Row, Study, Table, described, markdown, two_digits
 
@@ -43,7 +43,7 @@ def faces_at_limit(parameters: Parameters) -> Iterator[Row]:
     """One row per load cycle and node, at the limit."""
     scene = fo.scenes.SquarePunch(elements=parameters.map_elements)
     system = scene.condense()
-    for load, cycle in tqdm(LOADS.items(), desc="faces at the limit", disable=None):
+    for load, cycle in each(LOADS.items(), "faces at the limit"):
         limit = fo.shakedown_limit(system, cycle, parameters.map_friction)
         face = limit.to_frame().filter(described(_MAP))
         share = limit.mechanism.groupby("node")["share"].sum().reindex(range(system.nodes), fill_value=0.0)
@@ -60,7 +60,7 @@ def error_of_increments(parameters: Parameters) -> Iterator[Row]:
         at = parameters.step_ratio * fo.shakedown_limit(system, cycle, parameters.map_friction).load_factor
         states = {
             steps: fo.steady_state(system, cycle, parameters.map_friction, at, steps=steps)
-            for steps in tqdm((*parameters.steps, parameters.reference_steps), desc=f"increments, {load}", disable=None)
+            for steps in each((*parameters.steps, parameters.reference_steps), f"increments, {load}")
         }
         reference = states[parameters.reference_steps].dissipation
         for steps, steady in list(states.items())[:-1]:
@@ -76,7 +76,7 @@ def error_of_increments(parameters: Parameters) -> Iterator[Row]:
 def proofs_of_limits(parameters: Parameters) -> Iterator[Row]:
     """One row per mesh, ratio of stiffness, unit, load cycle and friction; in other units for bodies of one stiffness alone."""
     cases = [(mesh, ratio) for mesh in ("even", "uneven") for ratio in parameters.proof_ratios]
-    for mesh, ratio in tqdm(cases, desc="proofs of limits", disable=None):
+    for mesh, ratio in each(cases, "proofs of limits"):
         model = fo.scenes.SquarePunch(elements=parameters.proof_elements, punch_material=fo.Material(ratio)).model()
         system = (_uneven(model) if mesh == "uneven" else model).condense()
         others = [(unit, 1.0) for unit in parameters.proof_units] + [(1.0, unit) for unit in parameters.proof_units]

@@ -18,6 +18,7 @@ import numpy as np
 import pandas as pd
 
 import frictopt as fo
+from frictopt.contact import bar_of
 
 from .columns import COLUMNS
 from .origin import machine, source_digest
@@ -134,10 +135,14 @@ class Table(Generic[P]):
         ValueError
             One of its own columns is not computed, or one is computed that nothing describes.
         """
-        found = self.compute(parameters, **options)
-        if not isinstance(found, pd.DataFrame):
-            rows = list(found)
-            found = pd.concat(rows) if isinstance(rows[0], pd.DataFrame) else pd.DataFrame(rows)
+        with bar_of(True, f"table {self.name}", "part", leave=False) as bar:
+            found = self.compute(parameters, **options)
+            if not isinstance(found, pd.DataFrame):
+                rows = []
+                for row in found:
+                    rows.append(row)
+                    bar.update()
+                found = pd.concat(rows) if isinstance(rows[0], pd.DataFrame) else pd.DataFrame(rows)
         missing, more = set(self.columns) - set(found.columns), set(found.columns) - set(self._meanings)
         if missing or more:
             raise ValueError(f"table {self.name}: described columns {sorted(missing)} are not computed, computed ones {sorted(more)} not described")

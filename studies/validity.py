@@ -12,12 +12,12 @@ from typing import Literal
 
 import numpy as np
 import pandas as pd
-from tqdm import tqdm
 
 import frictopt as fo
 
 from . import guaranteed
 from .paper import LOADS
+from .progress import each
 from .tables import Row, Study, Table, markdown
 
 _USUAL = 0.3  # Poisson's ratio that the others are compared with
@@ -40,7 +40,7 @@ QUICK = Parameters(elements=16, ratios=(0.1, _USUAL, 0.4999))
 
 def limits(parameters: Parameters) -> Iterator[Row]:
     """One row per element, Poisson's ratio and friction coefficient."""
-    for element, nu in tqdm(list(product(parameters.kinds, parameters.ratios)), desc="Poisson's ratio", disable=None):
+    for element, nu in each(list(product(parameters.kinds, parameters.ratios)), "Poisson's ratio"):
         material = fo.Material(nu=nu)
         scene = fo.scenes.PunchOnHalfPlane(elements=parameters.elements, punch_material=material, block_material=material, element=element)
         system = scene.condense()

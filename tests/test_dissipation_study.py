@@ -185,7 +185,7 @@ def test_parts_of_a_study_make_the_whole(contact, factors, starts, table, tmp_pa
     pd.testing.assert_frame_equal(results(whole), results(table), check_exact=True)
 
 
-def test_progress_is_silent_but_on_a_terminal(contact, factors, capsys, monkeypatch):
+def test_progress_of_a_short_study_is_silent_but_on_a_terminal(contact, factors, capsys, monkeypatch):
     class Terminal(io.StringIO):
         def isatty(self):
             return True

@@ -17,7 +17,7 @@ import frictopt as fo
 from systems import CYCLE, random_system
 contact = random_system(np.random.default_rng(3), 3)
 with ThreadPoolExecutor(4) as threads:
-    made = [threads.submit(fo.march, contact, CYCLE, 0.4, 1.0, cycles=2, engine="qp", steps=5) for _ in range(8)]
+    made = [threads.submit(fo.march, contact, CYCLE, 0.4, 1.0, cycles=2, engine="qp", steps=5, progress=False) for _ in range(8)]
     assert len({path.result().slip.tobytes() for path in made}) == 1
 print("said afterwards", flush=True)
 """

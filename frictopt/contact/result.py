@@ -1,8 +1,6 @@
 """Results: what kinds there are, how they travel (pickled and copied with read-only arrays) and are displayed, and how they were found."""
 
 import html
-import sys
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
 from enum import Enum
@@ -232,14 +230,3 @@ def _text(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
     return value.name if isinstance(value, Enum) else str(value)
-
-
-def bar_of(show: bool, what: str, unit: str, **counts: int) -> Any:
-    """A bar of tqdm, to be used in a `with`; in a notebook without ipywidgets one of text."""
-    from tqdm import TqdmWarning  # only long computations need it
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", TqdmWarning)  # that ipywidgets is missing
-        from tqdm.auto import tqdm
-    seen = False if "ipykernel.zmqshell" in sys.modules else None  # None: on a terminal
-    return tqdm(desc=what, unit=unit, disable=seen if show else True, **counts)

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
-from tqdm import tqdm
 
 import frictopt as fo
 
+from ..progress import each
 from ..tables import Row, Study, Table, markdown
 
 _NONE = 0.01  # limits below this share of lambda_2 leave no load factors to follow
@@ -50,7 +50,7 @@ def random_contact(seed: int, most: int = 8, corners: int | None = None) -> tupl
 def followed(parameters: Parameters) -> Iterator[Row]:
     """One row for each transient."""
     with threadpool_limits(1):
-        for seed in tqdm(range(parameters.seed, parameters.seed + parameters.contacts), desc="contacts followed", disable=None):
+        for seed in each(range(parameters.seed, parameters.seed + parameters.contacts), "contacts followed"):
             yield from _of_contact(seed, parameters)
 
 

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
-from tqdm import tqdm
 
 import frictopt as fo
 
 from ..clock import timed
 from ..paper import LOADS
+from ..progress import each
 from ..tables import Study, Table, markdown, two_digits
 
 
@@ -71,7 +71,7 @@ def saved(parameters: Parameters) -> pd.DataFrame:
     """One row per scene and computation."""
     runs = [(scene, name) for scene in _scenes(parameters) for name in _COMPUTATIONS]
     with threadpool_limits(1):
-        return pd.DataFrame([_row(scene, name, parameters) for scene, name in tqdm(runs, desc="left out", disable=None)])
+        return pd.DataFrame([_row(scene, name, parameters) for scene, name in each(runs, "left out")])
 
 
 def _row(scene: _Scene, name: str, parameters: Parameters) -> dict[str, Any]:

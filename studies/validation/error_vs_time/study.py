@@ -11,10 +11,10 @@ from importlib.metadata import version
 
 import pandas as pd
 from threadpoolctl import threadpool_limits
-from tqdm import tqdm
 
 from ...limits import CORNER
 from ...origin import machine
+from ...progress import each
 from ...tables import Study, Table
 from . import condensation, limits, space, transients
 from .methods import RIVALS, Question, absent, measured
@@ -39,7 +39,7 @@ def error_against_time(parameters: Parameters) -> pd.DataFrame:
     """One row per question and method to answer it; rivals that are not installed are named in `attrs["absent"]`."""
     rows = []
     with threadpool_limits(1):
-        for question in tqdm(questions(parameters), desc="error against time", disable=None):
+        for question in each(questions(parameters), "error against time"):
             rows += measured(question, parameters.repetitions)
     table = pd.DataFrame(rows)
     missing = absent()

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
-from tqdm import tqdm
 
 import frictopt as fo
 
+from ...progress import each
 from ...tables import Study, Table, markdown
 from .cases import probes
 from .probes import Answer, Probe, Sizes
@@ -26,7 +26,7 @@ def at_the_edge(sizes: Sizes) -> pd.DataFrame:
     """One row per question."""
     with threadpool_limits(1):
         fo.steady_state(fo.scenes.PunchOnHalfPlane(elements=2).condense(), fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}]), 0.5, 1.0)  # compiles the path
-        rows = [judged(probe) for probe in tqdm(list(probes(sizes)), desc="extremes", disable=None)]
+        rows = [judged(probe) for probe in each(list(probes(sizes)), "extremes")]
     return pd.DataFrame(rows)
 
 

@@ -1,0 +1,17 @@
+"""Progress of the studies: what is computed, and how far it is."""
+
+from collections.abc import Iterable, Iterator
+from typing import TypeVar
+
+from frictopt.contact import bar_of
+
+T = TypeVar("T")
+
+
+def each(things: Iterable[T], what: str) -> Iterator[T]:
+    """Each of these things, while a bar or lines say how many are done."""
+    known = list(things)
+    with bar_of(True, what, "it", total=len(known)) as bar:
+        for thing in known:
+            yield thing
+            bar.update()
