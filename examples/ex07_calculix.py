@@ -5,9 +5,12 @@ Matrices of CalculiX
 A job of CalculiX, run without contact, has written its stiffness matrix. Node sets say where the contact is.
 """
 
+from pathlib import Path
+
 import frictopt as fo
 
-job = fo.read_calculix("../tests/data/flat")
+root = Path() if Path("docs").is_dir() else Path("..")  # of the repository: you are there, or in `examples`
+job = fo.read_calculix(root / "tests/data/flat")
 system = fo.condense(
     job.K,
     loads={"P": job.force("N_TOP", traction=[0.0, -1.0]), "Q": job.force("N_TOP", traction=[1.0, 0.0])},

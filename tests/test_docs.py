@@ -91,9 +91,10 @@ def test_a_page_of_the_reference_has_a_sentence_an_example_that_runs_and_a_link_
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
-def test_an_example_is_short_and_runs(path, quiet, monkeypatch):
+@pytest.mark.parametrize("folder", [ROOT, ROOT / "examples"], ids=["root", "examples"])
+def test_an_example_is_short_and_runs(path, folder, quiet, monkeypatch):
     assert text(path).count("\n") <= 40
-    monkeypatch.chdir(path.parent)
+    monkeypatch.chdir(folder)
     runpy.run_path(str(path), run_name="__main__")
     assert plt.get_fignums()
 
