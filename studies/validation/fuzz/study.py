@@ -24,6 +24,7 @@ from tqdm import tqdm
 
 import frictopt as fo
 
+from ...progress import each
 from ...tables import Study, Table, markdown, whole_number
 from .cases import random_case
 from .checks import CHECKS, Finding, findings
@@ -49,7 +50,7 @@ class Parameters:
 
 
 FULL = Parameters()
-QUICK = Parameters(cases=100)
+QUICK = Parameters(cases=10)
 
 
 @cache
@@ -58,7 +59,7 @@ def _run(parameters: Parameters) -> pd.DataFrame:
     rows: list[dict[str, Any]] = []
     with threadpool_limits(1), warnings.catch_warnings():
         warnings.simplefilter("ignore", fo.ModelWarning)  # it asks odd questions on purpose
-        for seed in tqdm(range(parameters.seed, parameters.seed + parameters.cases), desc="fuzzing", disable=None):
+        for seed in each(range(parameters.seed, parameters.seed + parameters.cases), "fuzzing"):
             start = time.perf_counter()
             for finding in chain.from_iterable(PARTS[part][1](seed) for part in parameters.parts):
                 rows.append({**asdict(finding), "seconds": time.perf_counter() - start})
@@ -145,4 +146,6 @@ class _Random(Study):
         return status or int((_run(parameters)["result"] == "wrong").any())
 
 
-STUDY = _Random("studies.validation.fuzz", __doc__, "few cases, in seconds", (COUNTS, REFUSALS), summary=lambda tables: short(tables[COUNTS.name]))
+STUDY = _Random(
+    "studies.validation.fuzz", __doc__, "few cases, in half a minute", (COUNTS, REFUSALS), summary=lambda tables: short(tables[COUNTS.name])
+)

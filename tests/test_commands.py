@@ -1,0 +1,129 @@
+"""The commands of the documentation, as they are typed, in a fresh clone of the repository: each is run here, by a job, or is named with a reason."""
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import frictopt as fo
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "examples" / "README.rst", *sorted((ROOT / "docs").rglob("*.md"))]
+FILES = "docs/tutorial/growing.md"  # whose commands need the files that it describes
+PROGRAMS = ["python", "pip", "pytest", "ruff", "mypy", "pre-commit", "frictopt", "sphinx-build", "bash", "sh", "git", "make", "conda", "apt-get"]
+
+NOT_RUN = {
+    "python -m venv .venv": "the tests run in an environment",
+    "python -m pip install --quiet --editable '.[studies]'": "set up, of the environment that the tests run in",
+    "python -m pip install --quiet --editable '.[test]'": "set up; `.ci/run` runs it",
+    "python -m pip install --editable '.[dev]'": "set up; the job of style and types installs it",
+    "python -m pip install --editable '.[docs]'": "set up; the job of the documentation installs it",
+    "python -m pip install --editable '.[figures,mesh,nastran]'": "set up, of a part of what the tests have",
+    "python -m pip install .": "set up; `.ci/wheel` installs the same",
+    "python -m pip install '.[figures]'": "set up; `.ci/wheel` installs the same",
+    "python -m pip install '.[figures,mesh]'": "set up, of a part of what the tests have",
+    "pre-commit install": "changes the repository",
+    "apt-get install calculix-ccx": "changes the system; the job of the tests installs it",
+    "cd docs/tutorial": "a folder, which is there",
+    "python": "waits for what is typed",
+    "python -m pytest -n auto --dist loadscope": "these tests; `.ci/run` takes the command from the page",
+    "pytest -n auto --dist loadscope": "the same",
+    "python -m sphinx -b html docs docs/_build/html": "a job builds the same pages and takes warnings for errors",
+}
+BY_JOBS = {  # command -> how a job has it, with what only its machine needs
+    "ruff check .": "ruff check .",
+    "ruff format --check .": "ruff format --check .",
+    "mypy": "&& mypy",
+    'pytest -n auto --dist loadscope -m "not slow"': 'pytest -n auto --dist loadscope -m "not slow"',
+    "python -m sphinx -W --keep-going -j auto -b html docs docs/_build/html": "python -m sphinx -W --keep-going -j auto -t online -b html docs",
+    "python -m studies fuzz": "python -m studies fuzz --seed",
+    "python benchmarks/mutants.py": "- python benchmarks/mutants.py",
+    "bash .ci/wheel dist/*.whl": "bash .ci/wheel dist/*.whl",
+    "python -m build": "python -m build",
+    "pip install --constraint .ci/lowest.txt --editable '.[test]'": "pip install --quiet --constraint .ci/lowest.txt --editable '.[test]'",
+}
+COUNTS = ["python benchmarks/functions.py"]  # its exit status is a number of what it finds
+SHORT = ["python -m studies"]  # what takes longer is a slow test
+
+
+def commands(text):
+    """The commands of a page, one by one: lines of blocks for a shell, and what stands in backquotes and begins with a program."""
+    block = re.compile(r"^ *```([^`\n]*)\n(.*?)^ *```", re.MULTILINE | re.DOTALL)
+    lines = [line for kind, body in block.findall(text) if kind in ("", "sh", "bash", "console") for line in body.splitlines()]
+    inline = re.findall(r"`([^`\n]+)`", block.sub("", text))
+    typed = [one.strip() for line in lines if not line.startswith("#") for one in line.removeprefix("$ ").split("&&") if one.strip()]
+    for span in inline:
+        parts = [one.strip() for one in span.split("&&")]
+        typed += [one for one in parts if plain(one).split(" ")[0] in PROGRAMS and (" " in one or len(parts) > 1)]
+    return [plain(one) for one in typed]
+
+
+def plain(command):
+    """A command without the folder of the environment and what may be left out."""
+    return re.sub(r"^python3\b", "python", re.sub(r"^(\.\./)*\.venv/bin/", "", re.sub(r" \[[A-Z]+\]", "", command)))
+
+
+FOUND = {path.relative_to(ROOT).as_posix(): commands(path.read_text(encoding="utf-8")) for path in PAGES if "_build" not in path.parts}
+OTHERS = list(dict.fromkeys(command for page, found in FOUND.items() if page != FILES for command in found))
+JOBS = "".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / ".github" / "workflows").glob("*.yml")))
+WEEKLY = re.findall(r"^ +- ((?:python|pytest) .*)$", (ROOT / ".github" / "workflows" / "weekly.yml").read_text(encoding="utf-8"), re.MULTILINE)
+TYPED = [command for command in OTHERS if command not in NOT_RUN and command not in BY_JOBS]
+LONG = [command for command in TYPED if command in WEEKLY]
+STUDIED = [command for command in LONG if re.match(r"python -m (studies|paper_figures)", command)]
+QUICK = [re.sub(r" --(only|cases|seed) \S+", "", command) + " --quick" for command in STUDIED]
+QUICK.sort(key=lambda command: "figures" in command)  # which take the tables of the others
+HERE = [command for command in TYPED if command not in LONG] + list(dict.fromkeys(QUICK))
+
+
+@pytest.fixture(scope="module")
+def clone(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("clone") / "frictopt"
+    subprocess.run(["git", "clone", "--quiet", str(ROOT), str(folder)], check=True, capture_output=True)
+    return folder
+
+
+def run(command, clone, folder):
+    """Run a command as it is typed, with the programs of this environment and the package of the clone."""
+    own = {"python": shlex.quote(sys.executable), "frictopt": f"{shlex.quote(sys.executable)} -m frictopt"}
+    program, _, rest = command.partition(" ")
+    paths = {"PYTHONPATH": str(clone), "MPLBACKEND": "agg", "SLURM_ARRAY_TASK_ID": "1"}
+    line = f"{own[program]} {rest}"
+    done = subprocess.run(["bash", "-c", line], cwd=folder, env={**os.environ, **paths}, capture_output=True, text=True, check=False)
+    ended = "Traceback" not in done.stderr if command in COUNTS else done.returncode == 0
+    assert ended and done.stdout, f"{command}\n{done.stdout[-1000:]}\n{done.stderr[-3000:]}"
+
+
+def test_every_command_is_run_or_named_with_a_reason():
+    assert len(OTHERS) > 40 and len(FOUND[FILES]) > 8
+    for command in TYPED:
+        assert command in LONG or re.match(r"python -m (studies|paper_figures)|python benchmarks/\w+\.py", command), f"who runs {command!r}?"
+    for command in (*NOT_RUN, *BY_JOBS, *WEEKLY):
+        assert command in OTHERS, f"no page has {command!r} any more"
+    for command, line in BY_JOBS.items():
+        assert line in JOBS, f"no job has {command!r}"
+
+
+@pytest.mark.parametrize("command", [pytest.param(one, marks=[] if one in SHORT else pytest.mark.slow) for one in HERE])
+def test_a_command_runs_as_it_is_typed(command, clone):
+    run(command, clone, clone)
+
+
+@pytest.mark.slow
+def test_commands_on_files_run_as_they_are_typed(clone, tmp_path):
+    """With the files that their page describes: a contact, a history, a job of CalculiX, and the study that it shows."""
+    page = (ROOT / FILES).read_text(encoding="utf-8")
+    fo.scenes.PunchOnHalfPlane(elements=8).condense().save(tmp_path / "punch.npz")
+    (tmp_path / "loads.csv").write_text("time,P,sigma\n0,1,-1\n1,1,1\n2,1,-1\n")
+    (tmp_path / "study.toml").write_text(re.search(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)[1], encoding="utf-8")
+    for file in (ROOT / "tests" / "data").glob("flat.*"):
+        shutil.copy(file, tmp_path / f"job{file.suffix}")
+    deck = tmp_path / "job.inp"
+    deck.write_text(re.sub("N_CONTACT_", "N_", re.sub(r"\bN_(BLOCK|PUNCH)\b", r"ALL_\1", deck.read_text())))
+    for command in FOUND[FILES]:
+        run(command, clone, tmp_path)
+    assert {"punch.png", "limit.csv", "limit.png", "job.npz", "runs.csv", "runs.png", "runs.sqlite"} <= {path.name for path in tmp_path.iterdir()}
