@@ -31,7 +31,7 @@ def test_a_contact_of_two_nodes_comes_back_after_two_cycles(contact, options, ex
     assert works[-2].sum() > 1.5 * works[-1].sum() and min(np.abs(steady.slip - end).max() for end in ends) < exact / 100
     twice = fo.steady_state(contact, fo.LoadCycle(ROUND.mean, [*ROUND.corners, *ROUND.corners]), 1.2, 1.0, **options)
     assert twice.period == 1 and twice.dissipation == pytest.approx(2 * steady.dissipation, rel=exact)
-    assert twice.step_error == pytest.approx(steady.step_error, rel=1e-6)
+    assert twice.step_error == pytest.approx(steady.step_error, rel=0.1)  # an estimate from some cycles, which are twice as many here
     if not options:
         states = steady.states()
         way = np.abs(np.diff(states.slip, axis=0) * (states.status[:-1] != 2)).sum(axis=0)

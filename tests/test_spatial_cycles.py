@@ -146,12 +146,12 @@ def test_a_single_node_on_its_own_stiffness_never_ratchets():
 
 
 @pytest.mark.parametrize(("seed", "steps"), [(30, 2), (30, 20), (19, 4), (19, 20), (29, 20), (4, 10), (64, 4)])
-def test_the_error_of_increments_is_at_most_five_times_what_is_told(seed, steps):
+def test_the_error_of_increments_is_at_most_what_a_steady_state_tells_and_five_times_what_a_transient_does(seed, steps):
     """The exact path of a plane contact tells the true one, also where all numbers of increments have the same error."""
     plane, solid, loads, friction, at, turned = embedded_case(seed)
     exact, steady = fo.steady_state(plane, loads, friction, at), fo.steady_state(solid, loads, friction, at, steps=steps)
     assert steady.outcome is exact.outcome is fo.Outcome.CYCLIC_SLIP
-    assert 1e-9 < abs(steady.dissipation / exact.dissipation - 1) < 5 * steady.step_error
+    assert 1e-9 < abs(exact.dissipation / steady.dissipation - 1) < steady.step_error
     way, path = fo.march(plane, loads, friction, at, cycles=3), fo.march(solid, loads, friction, at, cycles=3, steps=steps)
     length = max(float(np.abs(way.bonded_p).max()), float(np.abs(way.bonded_q).max())) / solid.stiffness_scale
     assert np.abs(corner_slips(path) - corner_slips(way)[..., None] * turned).max() / length < 5 * path.step_error + 1e-9
@@ -164,14 +164,14 @@ def test_increments_that_have_several_times_the_work_say_so():
     loads = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"R": 1.0}])
     at = 2 * fo.shakedown_limit(node, loads, 0.5).load_factor
     exact, steady = fo.steady_state(node, loads, 0.5, at), fo.steady_state(node, loads, 0.5, at, steps=2)
-    assert 3 < steady.dissipation / exact.dissipation - 1 < 5 * steady.step_error
+    assert 4 < steady.dissipation / exact.dissipation and 1 - exact.dissipation / steady.dissipation < steady.step_error
 
 
-def test_fewer_increments_without_an_answer_leave_the_error_unknown(monkeypatch):
+def test_other_increments_without_an_answer_leave_the_error_unknown(monkeypatch):
     loads, along = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), fo.increments.NewtonIncrement.along
 
     def failing(self, u, ahead):
-        if len(ahead) < 4:  # increments from corner to corner
+        if len(ahead) not in (1, 4):  # increments from corner to corner, or to a state
             raise fo.SolverError("none")
         return along(self, u, ahead)
 
@@ -193,8 +193,7 @@ def test_what_a_node_does_in_an_increment_in_which_it_opens_or_closes_is_in_doub
     plane = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "X": ([1.0], [0.0])})
     slides = fo.LoadCycle({"P": 0.5}, [{"P": -0.48}, {"P": -0.48, "X": 0.03}, {"P": -1.5}])
     exact, steady = fo.steady_state(plane, slides, 2.0, 1.0), fo.steady_state(single(), slides, 2.0, 1.0, steps=steps)
-    assert exact.dissipation > 4e-4
-    assert abs(steady.dissipation - exact.dissipation) <= steady.step_error * max(exact.dissipation, steady.dissipation)
+    assert exact.dissipation > 4e-4 and steady.dissipation == 0 and steady.step_error == np.inf
     comes_down = fo.LoadCycle({"P": 1.0}, [{"P": -1.02}, {"X": 1.0}])
     way, path = fo.march(plane, comes_down, 2.0, 1.0, cycles=1), fo.march(single(), comes_down, 2.0, 1.0, cycles=1, steps=steps)
     assert way.slip[-1, 0] == pytest.approx(-0.02 / 1.02)

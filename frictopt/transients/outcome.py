@@ -36,10 +36,12 @@ class SteadyState(Recorded, Plotted):
         Estimated distance of `dissipation` from that of all later cycles, over itself. At most 1e-9, unless rounding hides a work that is little
         beside the loads, or slip in increments comes slowly to one of many cycles that come back.
     step_error
-        0 for the exact path. In increments, the estimated error in time of the dissipation, over itself: the largest of the differences from what a
-        half and a quarter of the increments give (inf where these have no steady state, or there are none), and of the work that is in doubt within
-        the increments at whose ends alone the law is obeyed: 1 at rest where a node may slide before it opens, for increments do not count that.
-        Errors of contacts in a plane, whose exact path is known, were at most 5 times larger; it is no bound. They may be tens of times smaller.
+        0 for the exact path. In increments, the estimated error in time of the dissipation, over itself. Finer increments follow the first three
+        cycles anew, and the steady state from slips that differ as those after them do. They part each increment into four, or more up to 32 from
+        corner to corner, and the last one into ever smaller ones. The estimate is twice what the works of all nodes change, extrapolated to no more
+        error, and a hundredth of the work that is in doubt within the increments; or the work that nodes may do before they open, if that is more.
+        inf: finer increments have no answer, or the contact rests and may slip in them. In 128 random contacts of 1 to 5 nodes, with 1, 2, 4, 8 and
+        20 increments, it was 2.4 times the true error in the median, and too small in 1 of 640 (0.8 of it). It is no bound.
     period
         Load cycles after which the state comes back, or its drift repeats: 1 or 2.
     system, cycle, friction, load_factor

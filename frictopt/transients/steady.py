@@ -1,21 +1,27 @@
 """The steady state of a transient: whether it stops slipping, and if not, how much it dissipates per cycle."""
 
+from collections.abc import Sequence
 from time import perf_counter
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import RESIDUAL, ROUNDING, ContactState, ContactSystem, LoadCycle, Outcome, SolveRecord, bar_of, off_law, parted
-from ..contact.checks import finite_number, flag, warns_of_odd_values, whole_number
+from ..contact import REPEATED, RESIDUAL, ROUNDING, ContactState, ContactSystem, LoadCycle, Outcome, SolveRecord, bar_of, off_law, parted
+from ..contact.checks import Array, finite_number, flag, warns_of_odd_values, whole_number
 from ..errors import NoContinuation, SolverError
 from .cycles import Run, Settled
-from .judge import returns_after
+from .judge import distance_left, returns_after
 from .march import path_of
 from .outcome import SteadyState
 from .stepped import SteppedPath, doubts
 
 MOST_CYCLES = 2000
 """Number of cycles after which the search for a steady state gives up, unless another one is asked for."""
+
+_EARLY, _AGAIN = 3, 8  # cycles in finer increments: the first ones, and those from the steady state at most
+_SETTLED, _LONGEST = 0.1, 50  # what their work has yet to change, over what it has, from which on they end; and over the last change, at most
+_SAFETY, _CANCELLED = 2, 0.01  # times the estimated error; and share of the work in doubt that is added, since errors may cancel in a difference
 
 
 @warns_of_odd_values
@@ -64,7 +70,8 @@ def steady_state(
     most_cycles
         Number of cycles after which to give up.
     steps
-        Number of increments from corner to corner; a half and a quarter of them tell `step_error`. None: the exact path in the plane, 20 in space.
+        Number of increments from corner to corner; finer ones tell `step_error`. Begin with 2 in a large contact in space, and double them until
+        `step_error` is small enough. None: the exact path in the plane, 20 in space.
     progress
         Show a bar where increments take more than two seconds.
 
@@ -94,26 +101,59 @@ def steady_state(
     extra = None if overload is None else finite_number("overload", overload, least=0.0)
     asked = system, cycle, friction, load_factor, initial_slip, initial_state
     path = path_of(*asked, steps=steps)
+    early: list[Array] = []
+
     with bar_of(progress and path.steps > 0, "steady state", "cycle", delay=2) as bar:
-        first = Run(path.start(extra), most_cycles, bar.update)
-        found = first.settled()
-        if not path.steps:
-            return reported(first, found, 0.0)
-        work, errors = float(found.cycle.work.sum()) / first.period, [] if path.coarser else [np.inf]
-        for count in path.coarser:
+
+        def tell() -> None:
+            bar.update()
+            if len(early) < _EARLY:
+                early.append(path.state.u)
+
+        run = Run(path.start(extra), most_cycles, tell)
+        found, error = run.settled(), 0.0
+        if path.steps:
             try:
-                run = Run(SteppedPath("newton", count, *asked).start(extra), most_cycles, bar.update)
-                other = float(run.settled().cycle.work.sum()) / run.period
-                errors.append(abs(work - other) / (work or other or 1.0))
+                begun, parts = SteppedPath("newton", path.steps, *asked).finer()
+                error = _step_error(run, found, early, begun.start(extra), parts)
             except (NoContinuation, SolverError):
-                errors.append(np.inf)
-        cycles, begun = found.cycle, found.cycle.previous
-        if begun is not None:
-            u, r = np.concatenate([begun[:1], cycles.u]), np.concatenate([cycles.r[-1:], cycles.r])  # the reactions come back
-            doubt, total = doubts(system, path.friction, u, r), float(cycles.work.sum())
-            for lost in (np.sqrt(doubt.lacking.sum() * doubt.change.sum()), doubt.missed.sum()):
-                errors.append(float(lost / (total or lost)) if lost > ROUNDING * path.largest * path.length else 0.0)
-        return reported(first, found, max(errors))
+                error = np.inf
+        return reported(run, found, error)
+
+
+def _step_error(run: Run, found: Settled, early: Sequence[Array], begun: SteppedPath, parts: int) -> float:
+    """Estimated error in time of the work in a steady state, over itself, from a transient `begun` at the same start in finer increments.
+
+    Nodes that slip in the first cycles alone keep that slip. So finer increments follow the steady state from slips that differ from its own as those
+    after the first cycles do, `early` in all increments. What their work has yet to change when they end is extrapolated.
+
+    Raises
+    ------
+    NoContinuation, SolverError
+        Finer increments have no answer.
+    """
+    path, cycle, changes = cast(SteppedPath, found.path), found.cycle, list[float]()
+    for _ in early:
+        Run(begun, run.most, run.tell).follow(begun)
+    finer = path.finer()[0].at((path.state.u + begun.state.u - early[-1])[: -path.nodes] / path.unit)
+    if finer is None:
+        return np.inf
+    again, work, total = Run(finer, run.most, run.tell, run.period), cycle.work, float(cycle.work.sum())
+    lacking = missed = 0.0
+    if cycle.previous is not None:
+        u, r = np.concatenate([cycle.previous[:1], cycle.u]), np.concatenate([cycle.r[-1:], cycle.r])  # the reactions come back
+        doubt, none = doubts(path.system, path.friction, u, r), ROUNDING * path.largest * path.length
+        lacking, missed = (lost if lost > none else 0.0 for lost in (np.sqrt(doubt.lacking.sum() * doubt.change.sum()), doubt.missed.sum()))
+    if not total:
+        return np.inf if missed or again.settled().cycle.work.any() else 0.0
+    while len(changes) < _AGAIN:
+        before, work = work, again.follow(finer).work
+        changes.append(float(np.abs(work - before).sum()))
+        apart = float(np.abs(work - cycle.work).sum())
+        left = min(distance_left(changes[-3:], REPEATED * total), _LONGEST * changes[-1])
+        if len(changes) > 1 and left <= _SETTLED * apart:
+            break
+    return float(max(_SAFETY * parts / (parts - 1) * (apart + left) + _CANCELLED * lacking, missed)) / total
 
 
 def reported(run: Run, found: Settled, step_error: float) -> SteadyState:

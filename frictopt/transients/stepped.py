@@ -16,6 +16,8 @@ ENGINES = MappingProxyType({"newton": "NewtonIncrement", "qp": "FrozenBoundIncre
 """Ways to solve an increment, and the names of their classes."""
 
 _STEPS = 20  # increments from corner to corner, unless another number is given
+_PARTS, _LEAST = 4, 32  # finer increments that tell an error: of each one, and from corner to corner, at least
+_TAIL = 0.5 ** (np.arange(1, 13) / 2)  # shares of the last one that are left at more of them: just above a limit nodes slip shortly before a corner
 
 
 class Point(NamedTuple):
@@ -43,6 +45,8 @@ class SteppedPath(Transient):
 
     Attributes
     ----------
+    shares
+        Ends of the increments, as shares of the way from corner to corner.
     state
         The present state.
     events
@@ -52,6 +56,7 @@ class SteppedPath(Transient):
     def __init__(self, engine: str, steps: int | None, *asked: Any) -> None:
         self.engine, self.steps = engine, whole_number("steps", _STEPS if steps is None else steps, least=1)
         self.coarser = sorted({max(1, self.steps // 2), max(1, self.steps // 4)} - {self.steps}, reverse=True)
+        self.shares = np.arange(1, self.steps + 1) / self.steps
         super().__init__(*asked)
         from . import increments  # here, because the exact path does not need cvxpy
 
@@ -74,8 +79,8 @@ class SteppedPath(Transient):
         NoContinuation, SolverError
             An increment has no valid answer.
         """
-        n, points, way = self.nodes, list[Point](), np.arange(1, self.steps + 1)[:, None] / self.steps
-        loads = [*(self.state.bonded + way * (bonded - self.state.bonded))[:-1], bonded]
+        n, points = self.nodes, list[Point]()
+        loads = [*(self.state.bonded + self.shares[:-1, None] * (bonded - self.state.bonded)), bonded]
         states = self._increment.along(self.state.u, loads)
         for step, load in enumerate(loads, 1):
             try:
@@ -83,7 +88,7 @@ class SteppedPath(Transient):
             except (NoContinuation, SolverError) as error:
                 free = isinstance(error, SolverError) and rigid_motions(self.system.S).size
                 hint = f" ({self.forces_there(self.state.r)})" if free else ""
-                raise type(error)(f"{where}, increment {step} of {self.steps}: {error}{hint}") from error
+                raise type(error)(f"{where}, increment {step} of {len(loads)}: {error}{hint}") from error
             before = self.state
             moved = np.sqrt(((u - before.u)[:-n].reshape(-1, n) ** 2).sum(axis=0)) * (status != OPEN)
             bound = self.friction * (before.r + r)[-n:] / 2
@@ -92,6 +97,12 @@ class SteppedPath(Transient):
             points.append(self.state)
         self.bonded, self.visited, self.unproven = bonded, self.visited + 1, self.events  # nothing is proven of any event
         return points
+
+    def finer(self) -> tuple[Self, int]:
+        """A copy that goes on in finer increments, and into how many it parts each one."""
+        copied, parts = copy(self), max(_PARTS, -(-_LEAST // self.steps))
+        copied.shares = np.unique(np.r_[np.arange(1, parts * self.steps + 1) / (parts * self.steps), 1 - _TAIL / self.steps].round(12))
+        return copied, parts
 
     def cycle_on(self, count: int) -> Cycle:
         """Follow so many load cycles, from increment to increment."""
@@ -117,12 +128,12 @@ class SteppedPath(Transient):
         """A copy at the same load with another slip, in slip scales, and where an increment takes it from there; None if there is no state."""
         elsewhere, n = copy(self), self.nodes
         elsewhere.state = self.state._replace(u=np.r_[place * self.unit, self.state.u[-n:]])
-        elsewhere.steps = 1
+        elsewhere.shares = np.ones(1)
         try:
             elsewhere.follow_to(self.bonded, "the load at hand")
         except (NoContinuation, SolverError):
             return None
-        elsewhere.steps = self.steps
+        elsewhere.shares = self.shares
         return elsewhere
 
 
