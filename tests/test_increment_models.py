@@ -2,6 +2,7 @@
 
 import inspect
 import textwrap
+from pathlib import Path
 
 import cvxpy as cp
 import numpy as np
@@ -96,6 +97,8 @@ def bare(listing):
 def test_listings_run_in_a_bare_script(punch):
     system, friction = punch(8), np.full(9, 0.5)
     load = system.reaction({"P": 1.0, "sigma": 3.0})
+    page = (Path(__file__).parent.parent / "docs/api/increments.md").read_text(encoding="utf-8")
+    assert all(f"```text\n{listed}\n```" in page for listed in (listings.frozen_bound(system), listings.exact(system, friction)))
     state, script = NewtonIncrement(system, friction).solve(np.zeros(9), load), {"cp": cp, "np": np, "system": system, "friction": friction}
     assert state.status.any() and not state.status.all()
     trial, step = np.concatenate(load), pytest.approx(state.slip, abs=1e-5 * np.abs(state.slip).max())
