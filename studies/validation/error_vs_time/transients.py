@@ -116,7 +116,7 @@ def posed(parameters: Parameters, scene: Scene, overload: float) -> tuple[ExactP
     path.follow_to(path.corners[0], "the segment to the first corner")
     slip, pair = path.state.u[:n], (path.corners[1][:n], path.corners[1][n:])
     after = NewtonIncrement(system, friction).solve(slip, pair)
-    return path, exact_increment(system, friction, slip, pair, np.sign(after.slip - slip))
+    return path, exact_increment(system, friction, slip, pair, after.status)
 
 
 def _increment(parameters: Parameters, scene: Scene, quantity: str, overload: float) -> Question:
