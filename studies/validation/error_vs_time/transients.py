@@ -20,6 +20,7 @@ from .parameters import CYLINDER, CYLINDER_LOADS, SHEAR, Parameters, Scene, cyli
 
 Array = np.ndarray[Any, Any]
 
+_LARGE = 200  # nodes from which on Clarabel takes minutes for all tolerances
 CYCLES = 2
 """Cycles of a transient; the work in the last one is asked for."""
 STEPS = "increments from corner to corner"
@@ -138,8 +139,9 @@ def _increment(parameters: Parameters, scene: Scene, quantity: str, overload: fl
     if n <= max(parameters.milp_elements) + 1:
         methods.append(ours("frictopt, complementarity (MILP)", "HIGHS, Newton", ExactIncrement(system, friction)))
     bare = FrozenBounds(system, friction)
-    for name, way in (("OSQP", bare.osqp), ("Clarabel", bare.clarabel)):
-        for tolerance in parameters.increment_tolerances:
+    every = parameters.increment_tolerances
+    for name, way, tolerances in (("OSQP", bare.osqp, every), ("Clarabel", bare.clarabel, every if n < _LARGE else every[::4])):
+        for tolerance in tolerances:
             run = partial(way, slip, bonded, tolerance)
             methods.append(Method(f"{name}, frozen bounds", "tolerance", f"{tolerance:.0e}", run, error, rival=name.lower()))
     if installed("quantecon"):
