@@ -304,7 +304,7 @@ FAULTS = (
           "required_friction"),
     Fault("limits/answered.py", "a slip bound that costs nothing", "float(np.linalg.norm(self.hold, axis=0) @ task.most)", "0.0", "slip_bound"),
     # increments
-    Fault("transients/increments/complementarity.py", "backward slip by the forward bound", "[-one, f], [none, one]", "[-one, -f], [none, one]",
+    Fault("transients/increments/listings.py", "backward slip by the forward bound", "[f * B - A,", "[-f * B - A,",
           "increment_*"),
     Fault("transients/increments/newton.py", "a step without the pressure", "* sheared).sum(axis=0) - (f * unit[a])[:, None] * normal",
           "* sheared).sum(axis=0)", "increment_*"),

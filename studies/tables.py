@@ -25,7 +25,7 @@ from .origin import machine, source_digest
 
 DATA = Path(__file__).parent / "data"
 INTERRUPTED = 130  # exit status after Ctrl-C, as shells have it
-_LIBRARIES = ("numpy", "scipy", "cvxpy", "highspy", "clarabel", "scikit-fem", "pandas")
+_LIBRARIES = ("numpy", "scipy", "cvxpy", "highspy", "clarabel", "osqp", "scikit-fem", "pandas")
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance

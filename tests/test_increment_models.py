@@ -1,14 +1,20 @@
 """The increments' cvxpy problems: names, DPP, fall-back, convergence, printing; the complementarity form; wedging at one node."""
 
+import inspect
+import textwrap
+from pathlib import Path
+
 import cvxpy as cp
 import numpy as np
+import osqp
 import pytest
+import scipy.sparse as sp
 
 import frictopt as fo
 from enumeration import admissible_states, distance, random_increment
 from frictopt.contact import SolveRecord
 from frictopt.solve import solvers as policy
-from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement, NewtonIncrement, complementarity_problem, increment, programs
+from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement, NewtonIncrement, complementarity_problem, listings, programs
 from frictopt.transients.increments.increment import Posed
 from frictopt.transients.increments.newton import State, newton
 from liars import lying
@@ -24,30 +30,118 @@ def names(problem):
 def test_problems_are_dpp_and_named():
     contact = random_system(np.random.default_rng(0), 3)
     frozen, exact = FrozenBoundIncrement(contact, 0.5).problem, ExactIncrement(contact, 0.5).problem
-    for problem in (frozen, exact):
-        assert problem.is_dpp()
+    assert frozen.is_dpp() and exact.is_dpp()
+    for problem in (frozen, exact, complementarity_problem(contact, 0.5, np.zeros(3), (np.zeros(3), np.ones(3))).problem):
         assert all(constraint.label for constraint in problem.constraints)
-        assert problem.param_dict["trial_reaction"].shape == (6,)
-    assert names(frozen) == ({"slip_increment", "gap"}, {"trial_reaction", "friction_bound"})
-    assert names(exact) == ({"slip_increment", "gap", "forward", "backward", "opened"}, {"trial_reaction", "expected_status", "largest"})
+        assert problem.param_dict["trial"].shape == (6,)
+        assert str(problem).count("\n") < 14 and "[[" not in str(problem)
+    assert names(frozen) == ({"u"}, {"trial", "bound"})
+    assert names(exact)[0] == {"slip_step", "gap", "q", "p", "forward", "backward", "opened"}
+    assert names(exact)[1] == {"trial", "unexpected", "most_motion", "most_force", "most_slack"}
     assert not frozen.is_mixed_integer() and exact.is_mixed_integer()
 
 
-def test_the_solution_stands_in_the_problem():
-    length = np.abs(LOAD[1]).mean() / CONTACT.stiffness_scale
-    found = ExactIncrement(CONTACT, FRICTION).solve(SLIP, LOAD)
-    assert SLIP + length * found.problem.var_dict["slip_increment"].value == pytest.approx(found.slip, abs=1e-5)
-    assert (found.problem.var_dict["opened"].value > 0.5).tolist() == (found.status == 2).tolist()
-    sweep = FrozenBoundIncrement(CONTACT, FRICTION).solve(SLIP, LOAD).problem
-    trial, S = sweep.param_dict["trial_reaction"].value, CONTACT.S / CONTACT.stiffness_scale
-    q, p = np.split(trial + S @ np.r_[sweep.var_dict["slip_increment"].value, sweep.var_dict["gap"].value], 2)
-    assert (np.abs(q) <= sweep.param_dict["friction_bound"].value + 1e-6).all() and p.min() > -1e-6
+@pytest.mark.parametrize("unit", [1.0, 1e6])
+def test_the_answer_stands_in_the_problem_and_is_its_optimum(unit):
+    """In the units of the contact; a plain solve by cvxpy gives it again, and pressures are its multipliers."""
+    contact, load = fo.ContactSystem(unit * CONTACT.S, CONTACT.points, {"none": np.zeros(6)}, gap=CONTACT.gap), (unit * LOAD[0], unit * LOAD[1])
+    found, frozen = (engine(contact, FRICTION).solve(SLIP, load) for engine in (ExactIncrement, FrozenBoundIncrement))
+    motions = np.concatenate([frozen.slip - SLIP, frozen.gap])
+    for problem, state in ((found.problem, found), (frozen.problem, frozen)):
+        assert problem.value == problem.objective.value and problem.status == "optimal"
+        assert all(row.violation().max() < 1e-9 * unit for row in problem.constraints)
+        assert np.abs(state.slip - SLIP - motions[:3]).max() < 1e-9 and explained(state).count("none here") == 0
+    assert (found.problem.var_dict["opened"].value == 1).tolist() == (found.status == 2).tolist()
+    assert found.problem.var_dict["p"].value == pytest.approx(found.p) and found.problem.var_dict["slip_step"].value == pytest.approx(motions[:3])
+    value, problem = frozen.problem.value, frozen.problem
+    assert np.array_equal(problem.var_dict["u"].value, motions) and problem.constraints[0].dual_value == pytest.approx(frozen.p)
+    assert problem.param_dict["bound"].value == pytest.approx(FRICTION * frozen.p)
+    assert problem.solve(solver="CLARABEL") == pytest.approx(value, rel=1e-6)
+    assert problem.var_dict["u"].value == pytest.approx(motions, abs=1e-5)
+    assert problem.constraints[0].dual_value == pytest.approx(frozen.p, abs=1e-5 * unit)
+
+
+def test_the_record_names_newtons_steps():
+    record = FrozenBoundIncrement(CONTACT, FRICTION).solve(SLIP, LOAD).record
+    assert [attempt.solver for attempt in record.attempts] == ["OSQP", "NEWTON"] and record.solver == "NEWTON"
+    assert record.attempts[0].residual > 1e-6 and record.residual == record.attempts[1].residual < 1e-9
+
+
+@pytest.mark.parametrize("sigma", [2.2, 4.0])
+def test_osqp_alone_finds_the_state(punch, sigma):
+    """Sweeps of quadratic programs to ten digits, by OSQP on matrices written down here, without Newton's method."""
+    contact, f, n = punch(24), 0.7, 25
+    q, p = contact.reaction({"P": 1.0, "sigma": sigma})
+    none, one = sp.csc_matrix((n, n)), sp.eye_array(n)
+    P = sp.triu(sp.block_diag([contact.S, none]), format="csc")
+    rows = sp.block_array([[none, one, none], [one, none, -one], [-one, none, -one]], format="csc")  # w >= 0, |dv| <= t
+    low, high = np.r_[np.zeros(n), np.full(2 * n, -np.inf)], np.r_[np.full(n, np.inf), np.zeros(2 * n)]
+    bound, solver = f * np.maximum(p, 0.0), osqp.OSQP()
+    options = {"eps_abs": 1e-10, "eps_rel": 1e-10, "max_iter": 100_000, "verbose": False}
+    solver.setup(sp.csc_matrix(P), np.zeros(3 * n), sp.csc_matrix(rows), low, high, **options)
+    for _ in range(30):
+        solver.update(q=np.concatenate([q, p, bound]))
+        u = solver.solve(raise_error=True).x[: 2 * n]
+        bound = f * np.maximum(p + contact.S[n:] @ u, 0.0)
+    found = FrozenBoundIncrement(contact, f).solve(np.zeros(n), (q, p))
+    assert u == pytest.approx(np.r_[found.slip, found.gap], abs=1e-7 * np.abs(u).max())
+    assert 0 < np.count_nonzero(found.status) < n
+
+
+def bare(listing):
+    """The body of a listing, as it is pasted into a script."""
+    lines = inspect.getsource(listing).split('"""')[-1]
+    return textwrap.dedent(lines).replace("return cp.Problem", "problem = cp.Problem")
+
+
+def test_listings_run_in_a_bare_script(punch):
+    system, friction = punch(8), np.full(9, 0.5)
+    load = system.reaction({"P": 1.0, "sigma": 3.0})
+    page = (Path(__file__).parent.parent / "docs/api/increments.md").read_text(encoding="utf-8")
+    assert all(f"```text\n{listed}\n```" in page for listed in (listings.frozen_bound(system), listings.exact(system, friction)))
+    state, script = NewtonIncrement(system, friction).solve(np.zeros(9), load), {"cp": cp, "np": np, "system": system, "friction": friction}
+    assert state.status.any() and not state.status.all()
+    trial, step = np.concatenate(load), pytest.approx(state.slip, abs=1e-5 * np.abs(state.slip).max())
+
+    exec(bare(listings.frozen_bound), script)
+    problem = script["problem"]
+    problem.param_dict["trial"].value, problem.param_dict["bound"].value = trial, friction * state.p
+    problem.solve(solver="CLARABEL")
+    assert problem.var_dict["u"].value[:9] == step
+
+    exec(bare(listings.exact), script)
+    problem = script["problem"]
+    for name, value in {"trial": trial, "unexpected": np.ones((3, 9)), "most_motion": np.full(9, 10.0), "most_force": np.full(9, 10.0)}.items():
+        problem.param_dict[name].value = value
+    problem.param_dict["most_slack"].value = 20 * friction
+    problem.solve(solver="HIGHS")
+    assert problem.var_dict["slip_step"].value == step
+
+    exec(bare(listings.complementarity), script)
+    problem = script["problem"]
+    problem.param_dict["trial"].value = trial
+    problem.var_dict["forward_slip"].value, problem.var_dict["backward_slip"].value = np.maximum(state.slip, 0), np.maximum(-state.slip, 0)
+    problem.var_dict["gap"].value = state.gap
+    assert problem.objective.value == pytest.approx(0.0, abs=1e-12) and all(row.violation().max() < 1e-12 for row in problem.constraints)
+
+
+def test_the_complementarity_problem_is_solved_with_a_boolean_for_each_pair():
+    """HiGHS decides which of each motion and its slack vanishes; the value of the quadratic program there is 0, and it is the enumerated state."""
+    for seed in range(8):
+        contact, friction, slip, load = random_increment(np.random.default_rng(seed), 3, 0.6)
+        posed = complementarity_problem(contact, friction, slip, load)
+        motions, slacks = (row.args[1] for row in posed.problem.constraints)
+        moves = cp.Variable(9, boolean=True)
+        cp.Problem(cp.Minimize(0), [*posed.problem.constraints, motions <= 100 * moves, slacks <= 100 * (1 - moves)]).solve(solver="HIGHS")
+        assert posed.problem.objective.value == pytest.approx(0.0, abs=1e-6)
+        (v, w, _, _), z = admissible_states(contact, friction, slip, load)[0], motions.value
+        assert slip + z[:3] - z[3:6] == pytest.approx(v, abs=1e-5) and z[6:] == pytest.approx(w, abs=1e-5)
 
 
 def test_the_next_solver_answers_where_one_fails(monkeypatch):
-    lying(monkeypatch, lambda _, name: "stopped" if name == "CLARABEL_DIRECT" else None)
+    lying(monkeypatch, lambda _, name: "stopped" if name in {"OSQP", "CLARABEL_DIRECT"} else None)
     found = FrozenBoundIncrement(CONTACT, FRICTION).solve(SLIP, LOAD)
-    assert found.record.solver == "CLARABEL" and [attempt.solver for attempt in found.record.attempts[:2]] == ["CLARABEL_DIRECT", "CLARABEL"]
+    assert [attempt.solver for attempt in found.record.attempts[:3]] == ["OSQP", "CLARABEL_DIRECT", "CLARABEL"]
     assert distance(admissible_states(CONTACT, FRICTION, SLIP, LOAD), found) < 1e-9
 
 
@@ -80,8 +174,8 @@ def test_booleans_are_not_believed_before_the_referee(monkeypatch):
             problem.var_dict["gap"].save_value(np.full(3, 1e3))
 
     lying(monkeypatch, wrong)
-    monkeypatch.setattr(increment, "_CORRECTIONS", 0)
-    with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
+    monkeypatch.setattr(programs, "_CORRECTIONS", 0)
+    with pytest.raises(fo.SolverError, match="statuses that were found leave a residual"):
         ExactIncrement(CONTACT, FRICTION).solve(SLIP, LOAD)
 
 
@@ -130,11 +224,11 @@ def test_complementarity_matrix_is_the_law():
         contact, friction, slip, load = random_increment(np.random.default_rng(seed), 3, 0.6)
         posed = complementarity_problem(contact, friction, slip, load)
         v, w, _, _ = admissible_states(contact, friction, slip, load)[0]
-        dv = (v - slip) / posed.length
-        z = np.r_[np.maximum(dv, 0), np.maximum(-dv, 0), w / posed.length]
+        dv = v - slip
+        z = np.r_[np.maximum(dv, 0), np.maximum(-dv, 0), w]
         slack = posed.matrix @ z + posed.constant
         assert slack.min() > -1e-9 and np.abs(z * slack).max() < 1e-9
-        A, B, C = (matrix / contact.stiffness_scale for matrix in (contact.A, contact.B, contact.C))
+        A, B, C = contact.A, contact.B, contact.C
         f = friction[:, None]
         rows = [[A + f * B, -(A + f * B), B.T + f * C], [-(A - f * B), A - f * B, -B.T + f * C], [B, -B, C]]
         assert posed.matrix == pytest.approx(np.block(rows))
@@ -147,13 +241,11 @@ def test_complementarity_matrix_is_the_law():
 def test_explain():
     frozen, exact = FrozenBoundIncrement(CONTACT, FRICTION), ExactIncrement(CONTACT, FRICTION)
     said = explained(frozen.solve(SLIP, LOAD))
-    assert all(
-        part in said for part in ("frozen bound", "optimal", "friction_bound", "no_overlap", "(DPP) yes", "slip_increment", ", unit ", "rows bind")
-    )
+    assert all(part in said for part in ("frozen bound", "optimal", "    bound", "no_overlap", "(DPP) yes", "trial", "3 of 3 rows bind"))
     said = explained(exact.solve(SLIP, LOAD))
-    assert all(part in said for part in ("mixed-integer", "optimal", "boolean", "largest", "no_force_across_a_gap", "one_status", "rows bind"))
+    assert all(part in said for part in ("mixed-integer", "optimal", "boolean", "most_motion", "no_force_across_a_gap", "one_status", "rows bind"))
     posed = complementarity_problem(CONTACT, FRICTION, SLIP, LOAD)
-    assert all(part in str(posed.problem) for part in ("forward_bound", "no_tension"))
+    assert all(part in str(posed.problem) for part in ("motions", "slacks"))
     assert NewtonIncrement(CONTACT, FRICTION).solve(SLIP, LOAD).problem is None
 
 

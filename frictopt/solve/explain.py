@@ -10,7 +10,7 @@ import pandas as pd
 
 from ..contact import RESIDUAL, Array, Recorded
 
-_BINDING = 100 * RESIDUAL  # slack below which a row is printed as binding: solvers leave more than the residual before the polish
+_BINDING = 100 * RESIDUAL  # slack, over the largest of its row, up to which it is printed as binding: solvers leave more than the residual
 
 Units: TypeAlias = Mapping[str, float | Array]
 
@@ -84,8 +84,8 @@ def _binding(constraint: cp.Constraint) -> str:
         return ""
     if isinstance(constraint, cp.SOC):  # its arguments are the bounds and the vectors
         low, high = np.linalg.norm(high, axis=constraint.axis), low
-    slack = np.atleast_1d(high - low)
-    return f", {int((slack < _BINDING).sum())} of {slack.size} rows bind"
+    slack, size = np.atleast_1d(high - low), max(float(np.abs(low).max()), float(np.abs(high).max()))
+    return f", {int((slack <= _BINDING * size).sum())} of {slack.size} rows bind"
 
 
 def _size(shape: tuple[int, ...]) -> str:

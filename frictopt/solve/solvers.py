@@ -107,6 +107,13 @@ _OPTIONS: MappingProxyType[str, Mapping[str, object]] = MappingProxyType(
         "HIGHS_IPM": {"highs_options": {"solver": "ipm", "ipm_iteration_limit": 200, **_HIGHS}},  # else it may go on for minutes
         "CLARABEL": _CLARABEL,
         "CLARABEL_DIRECT": {**_CLARABEL, "equilibrate_enable": False},  # ends more exactly on condensed contacts: fewer need the polish
+        "OSQP": {
+            "eps_abs": 1e-3,
+            "eps_rel": 1e-3,
+            "max_iter": 4000,
+            "polishing": False,
+            "scaling": 0,
+        },  # three digits, for Newton's method to go on from
         "INTERIOR_POINT": {"canon_backend": "SCIPY"},  # compiles the dense block faster than cvxpy's own one
         "HIGHS_MIP": {"highs_options": _HIGHS_MIP},
     }
@@ -123,12 +130,14 @@ Of 106 programs of such contacts in space the first answers 71, the second 34, a
 """
 LARGE_SOCP_SOLVERS = ("INTERIOR_POINT", "CLARABEL_DIRECT", "CLARABEL")
 """The same for large ones with a linear objective."""
+QP_SOLVERS = ("OSQP", "CLARABEL_DIRECT", "CLARABEL")
+"""Solvers of convex quadratic programs whose answer is where another method begins."""
 MILP_SOLVERS = ("HIGHS_MIP",)
 """Solver of the mixed-integer programs, whose objectives count, so that a gap of 0.5 is none."""
 
-
-LP, MILP, SOCP, LARGE_SOCP = "linear program", "mixed-integer program", "cone program", "large cone program"  # kinds, each with its own solvers
-_SOLVERS = {LP: LP_SOLVERS, MILP: MILP_SOLVERS, SOCP: SOCP_SOLVERS, LARGE_SOCP: LARGE_SOCP_SOLVERS}
+LP, MILP, QP = "linear program", "mixed-integer program", "quadratic program"  # kinds, each with its own solvers
+SOCP, LARGE_SOCP = "cone program", "large cone program"
+_SOLVERS = {LP: LP_SOLVERS, MILP: MILP_SOLVERS, QP: QP_SOLVERS, SOCP: SOCP_SOLVERS, LARGE_SOCP: LARGE_SOCP_SOLVERS}
 _LARGE = 400  # unknowns from which on the own interior point is faster than Clarabel
 
 
@@ -156,6 +165,7 @@ def solve(
     judged: Callable[[], C],
     solver: str | None = None,
     *,
+    kind: str | None = None,
     tolerance: float = RESIDUAL,
     no_optimum: Callable[[], C | None] | None = None,
     above: float = -math.inf,
@@ -170,6 +180,8 @@ def solve(
         Turns what now stands in the problem's variables into a claim with its residual, recomputed independently of the solver.
     solver
         Use this one alone.
+    kind
+        Whose solvers are tried; None: that of the problem.
     tolerance
         Largest residual of a claim that passes.
     no_optimum
@@ -192,7 +204,7 @@ def solve(
         No solver gave an answer that passes.
     """
     started, attempts, agreed, linear_goal = perf_counter(), list[Attempt](), True, problem.objective.expr.is_affine()
-    kind = MILP if problem.is_mixed_integer() else LP if problem.is_lp() else SOCP
+    kind = kind or (MILP if problem.is_mixed_integer() else LP if problem.is_lp() else SOCP)
     if kind == SOCP and linear_goal and sum(variable.size for variable in problem.variables()) >= _LARGE:
         kind = LARGE_SOCP
     for name in solver_order(solver, kind):

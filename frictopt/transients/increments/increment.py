@@ -16,13 +16,12 @@ from ...contact.checks import Array, finite_array
 from ...contact.parts import checked_pair
 from ...contact.tolerances import RESIDUAL
 from ...errors import SolverError
-from ...solve.explain import Explained
+from ...solve.explain import Explained, Units
 from ..begin import HOLD, OPEN
 from ..sliding import check_sliding, rigid_motions
 from .newton import Law, State, newton
 
 _NO_FORCE = RESIDUAL  # a mean normal force below this share of the largest reaction is no scale: the error of an answer is as large
-_CORRECTIONS = 4  # Newton steps that make the solution of a program exact, and may correct the status of nodes where a solver left it wrong
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -44,24 +43,18 @@ class Increment(Explained):
     record
         How it was found. Its `residual` is the referee's, with the slip before the increment as the previous one. At most 1e-9.
     problem
-        The solved cvxpy problem; None for Newton's method, and in a copy. A later solve by the same object overwrites its values.
+        The cvxpy problem, in the units of the contact, in which the answer stands; None for Newton's method, and in a copy. A later solve by the
+        same object overwrites its values.
 
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem.from_blocks(
-    ...     A=[[2, -1], [-1, 2]],
-    ...     B=[[0, 0.5], [-0.5, 0]],
-    ...     C=[[2, 0], [0, 2]],
-    ...     x=[0, 1],
-    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
-    ... )
+    >>> system = fo.ContactSystem.from_blocks([[2.0]], [[0.5]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     >>> load = system.reaction({"P": 1.0, "Q": 1.0})
-    >>> state = fo.increments.NewtonIncrement(system, friction=0.5).solve([0.0, 0.0], load)
+    >>> state = fo.increments.NewtonIncrement(system, friction=0.5).solve([0.0], load)
     >>> state.to_frame()[["node", "slip", "q", "p", "status"]].round(6)
        node      slip         q         p  status
-    0     0 -0.326531  0.469388  0.938776      -1
-    1     1 -0.122449  0.581633  1.163265      -1
+    0     0 -0.285714  0.428571  0.857143      -1
     """
 
     slip: Array
@@ -73,7 +66,7 @@ class Increment(Explained):
     record: SolveRecord
     problem: cp.Problem | None = field(repr=False)
     _title: str = field(repr=False)
-    _units: dict[str, float] = field(repr=False)
+    _units: Units = field(repr=False, default_factory=dict)
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, slip, gap, q, p and status; in space slip1, slip2, q1 and q2."""
@@ -115,7 +108,7 @@ class Posed:
         self.length = self.force / system.stiffness_scale
         self.trial = self.reactions / self.force
 
-    def result(self, state: State, how: SolveRecord, problem: cp.Problem | None = None, residual: float | None = None) -> Increment:
+    def result(self, state: State, how: SolveRecord, residual: float | None = None) -> Increment:
         """The state in the caller's units, and how it was found, with what the referee says of it unless that is known."""
         owner, system = self.owner, self.owner.system
         (dv, w), (q, p) = parted(state.u, system.tangents + 1), parted(self.force * state.r, system.tangents + 1)
@@ -124,13 +117,12 @@ class Posed:
             u, before = joined(slip, gap - system.gap), joined(self.slip, gap)
             errors = off_law(system, owner.friction, joined(*self.bonded), u, self.force * state.r, self.force, before)
             residual = float(np.nan_to_num(errors, nan=np.inf, posinf=np.inf).max())
-        units = dict.fromkeys(("slip_increment", "gap", "forward_slip", "backward_slip"), self.length)
         record = replace(how, residual=residual, seconds=perf_counter() - self._started)
-        return Increment(slip, gap, q, p, state.status, state.steps, record, problem, owner._title, units)
+        return Increment(slip, gap, q, p, state.status, state.steps, record, None, owner._title)
 
-    def claim(self, u: ArrayLike, problem: cp.Problem) -> Increment:
-        """What a program of the increment leaves in motions u, dimensionless, made exact by Newton's method."""
-        return self.result(newton(self.owner.law, self.trial, np.asarray(u), _CORRECTIONS), SolveRecord(), problem)
+    def claim(self, u: Array, steps: int = 0) -> Increment:
+        """What motions u say, dimensionless, after so many steps of Newton's method at most."""
+        return self.result(newton(self.owner.law, self.trial, u, steps), SolveRecord("NEWTON"))
 
 
 class FrictionIncrement(ABC):

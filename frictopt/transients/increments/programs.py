@@ -1,42 +1,86 @@
-"""One friction increment as cvxpy programs: convex ones with the friction bound frozen in turn, or one with booleans. Unknowns: `u = [dv, w]`.
+"""One friction increment by the cvxpy programs of `listings`: convex ones with the friction bound frozen in turn, or one with booleans.
 
-With the bound g of every node given, the increment minimises (Klarbring, Mikelic & Shillor 1988: friction with a given bound)::
-
-    1/2 u' S u + trial' u + sum g |dv|    over  u = [dv, w],  w >= 0
-
-because its optimality conditions are the contact law with g in place of f p. The law itself is the fixed point `g = f p`. In the plane it is a
-quadratic program; in space the lengths |dv| make cones.
-
-In the mixed-integer program each node sticks, slips along or against +x, or is open: the law itself, with the reactions `[q, p] = trial + S u` and
-one boolean for each status but sticking. It is for plane contacts: the friction circle of space has no two sides.
+Solvers get the program of the contact in units of the mean normal force and of the slip that this force makes. Newton's method makes what they find
+exact, and the answer is put into the program in the units of the contact.
 """
 
+from abc import abstractmethod
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
 
 import cvxpy as cp
 import numpy as np
+from cvxpy.reductions.solution import Solution
 from numpy.typing import ArrayLike
 
 from ...contact import RESIDUAL, Array, Attempt, ContactSystem, SolveRecord, checked_plane, finite_number, joined
 from ...errors import NoContinuation, SolverError
-from ...solve.solvers import NoOptimum, solve
+from ...solve.solvers import MILP, QP, SOCP, NoOptimum, solve
 from ..begin import OPEN
 from .increment import FrictionIncrement, Increment, Posed
+from .listings import exact, frozen_bound
 from .newton import newton
 
-_SETTLED_BOUND = 1e4 * RESIDUAL  # change of the frozen bound up to which more sweeps find nothing else
+_SETTLED = {QP: 1e6 * RESIDUAL, SOCP: 1e4 * RESIDUAL}  # change of the frozen bound up to which more sweeps by these solvers find nothing else
 _SWEEPS = 100  # programs for one increment at most
+_CORRECTIONS = 4  # Newton steps that make the solution of a program exact, and may correct the status of nodes where a solver left it wrong
 _BOOLEANS = {"forward": 1, "backward": -1, "opened": OPEN}
 _TOUCHES = 0.999  # share of the largest motion or pressure from which on a state touches it
 
 
-class FrozenBoundIncrement(FrictionIncrement):
+class _ByProgram(FrictionIncrement):
+    """An increment by a program, compiled once."""
+
+    @abstractmethod
+    def _listing(self, system: ContactSystem) -> cp.Problem: ...
+
+    @cached_property
+    def problem(self) -> cp.Problem:
+        """The program, in the units of the contact."""
+        return self._listing(self.system)
+
+    @cached_property
+    def _scaled(self) -> cp.Problem:
+        """The program that solvers get, of the dimensionless contact."""
+        system, none = self.system, {"none": np.zeros(len(self.law.S))}
+        return self._listing(ContactSystem(self.law.S, system.points, none, frames=system.frames, contact=system.contact))
+
+    @abstractmethod
+    def _motions(self) -> Array:
+        """The motions that stand in the program that was solved, dimensionless."""
+
+    def _found(self, posed: Posed, kind: str, **parameters: Array) -> Increment:
+        """What the first solver of this kind that answers, and Newton's method after it, find."""
+        _put(self._scaled, trial=posed.trial, **parameters)
+        _, record = solve(self._scaled, lambda: posed.claim(self._motions()), kind=kind, tolerance=np.inf)
+        found, attempts = posed.claim(self._motions(), _CORRECTIONS), record.attempts
+        if found.steps:
+            attempts += (Attempt("NEWTON", f"{found.steps} steps", found.residual),)
+        return replace(found, record=replace(found.record, solver=attempts[-1].solver, attempts=attempts))
+
+    def _answer(self, posed: Posed, found: Increment, variables: Mapping[str, Array], **parameters: Array) -> Increment:
+        """The increment, put into the program; pressures are multipliers of its gaps where these have some."""
+        problem = self.problem
+        _put(problem, trial=posed.reactions, **parameters)
+        pressures = {} if problem.is_mixed_integer() else {problem.constraints[0].id: found.p}
+        values = {problem.var_dict[name].id: value for name, value in variables.items()}
+        problem.unpack(Solution(cp.OPTIMAL, None, values, pressures, {}))
+        return replace(found, problem=problem)
+
+
+def _put(problem: cp.Problem, **parameters: Array) -> None:
+    for name, value in parameters.items():
+        problem.param_dict[name].value = value
+
+
+class FrozenBoundIncrement(_ByProgram):
     """One friction increment by convex programs with frozen friction bound, compiled once.
 
-    After each sweep a few steps of Newton's method make the state that the program ends with exact, with the bound free; if the referee accepts it,
-    it is the answer. Otherwise the bound moves to `f p` and the program is solved again. This need not converge where friction and coupling are
-    strong. The `problem` of a result is the program of the last sweep, with the bound of that sweep.
+    Each sweep solves the program, in the plane by OSQP to three digits. A few steps of Newton's method make the state that it ends with exact, with
+    the bound free; if the referee accepts it, it is the answer. Otherwise the bound moves to `f p` and the program is solved again, by Clarabel to
+    all digits once sweeps by OSQP change nothing. This need not converge where friction and coupling are strong. The `problem` of a result has the
+    bound `f p` of the answer, which solves it.
 
     It takes no constraints of your own: they would act as forces that the contact law does not have. Theory, eq. (11).
 
@@ -55,50 +99,38 @@ class FrozenBoundIncrement(FrictionIncrement):
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem.from_blocks(
-    ...     A=[[2, -1], [-1, 2]],
-    ...     B=[[0, 0.5], [-0.5, 0]],
-    ...     C=[[2, 0], [0, 2]],
-    ...     x=[0, 1],
-    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
-    ... )
+    >>> system = fo.ContactSystem.from_blocks([[2.0]], [[0.5]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     >>> load = system.reaction({"P": 1.0, "Q": 1.0})
-    >>> fo.increments.FrozenBoundIncrement(system, friction=0.5).solve([0.0, 0.0], load).slip.round(6).tolist()
-    [-0.326531, -0.122449]
+    >>> fo.increments.FrozenBoundIncrement(system, friction=0.5).solve([0.0], load).slip.round(6).tolist()
+    [-0.285714]
     """
 
     _title = "friction increment, frozen bound"
 
-    @cached_property
-    def problem(self) -> cp.Problem:
-        """The program."""
-        t, n = len(self.law.own) - 1, len(self.friction)
-        dv, w = cp.Variable(n if t == 1 else (n, t), name="slip_increment"), cp.Variable(n, name="gap")
-        trial, bound = cp.Parameter((t + 1) * n, name="trial_reaction"), cp.Parameter(n, nonneg=True, name="friction_bound")
-
-        u = cp.hstack([cp.vec(dv, order="F"), w])
-        energy = cp.quad_form(u, cp.psd_wrap(self.law.S)) / 2 + trial @ u
-        dissipation = bound @ (cp.abs(dv) if t == 1 else cp.norm(dv, axis=1))
-        return cp.Problem(cp.Minimize(energy + dissipation), [(w >= 0).set_label("no_overlap")])
+    def _listing(self, system: ContactSystem) -> cp.Problem:
+        return frozen_bound(system)
 
     def _solved(self, posed: Posed) -> Increment:
-        law, n, values, attempts = self.law, len(self.friction), self.problem.param_dict, list[Attempt]()
+        law, n, attempts, kind = self.law, len(self.friction), list[Attempt](), QP if self.system.tangents == 1 else SOCP
         bound = law.friction * np.maximum(posed.trial[-n:], 0.0)
         for sweep in range(1, _SWEEPS + 1):
-            values["trial_reaction"].value, values["friction_bound"].value = posed.trial, bound
             try:
-                found, record = solve(self.problem, lambda: posed.claim(self._motions(), self.problem), tolerance=np.inf)  # it guides the next one
+                found = self._found(posed, kind, bound=bound)
             except SolverError as error:
                 raise SolverError(
                     f"friction increment: no state of rest is found with the friction bound frozen at {bound.sum():.3g} mean normal forces in sum "
                     f"(where slip would raise the pressure enough to hold it, another increment may find the state); {self._remedy}"
                 ) from error
-            attempts += record.attempts
+            attempts += found.record.attempts
             if found.residual <= RESIDUAL:
-                return replace(found, steps=sweep, record=replace(found.record, solver=record.solver, attempts=tuple(attempts)))
+                found = replace(found, steps=sweep, record=replace(found.record, attempts=tuple(attempts)))
+                u = joined(found.slip - posed.slip, found.gap)
+                return self._answer(posed, found, {"u": u}, bound=self.friction * np.maximum(found.p, 0.0))
             step = law.friction * np.maximum((posed.trial + law.S @ self._motions())[-n:], 0.0) - bound
-            if np.abs(step).max() <= _SETTLED_BOUND:
-                break
+            if np.abs(step).max() <= _SETTLED[kind]:
+                if kind == SOCP:
+                    break
+                kind = SOCP
             bound = bound + step
         raise SolverError(
             f"friction increment: did not converge in {sweep} sweeps with frozen bound; the bound still changes by {np.abs(step).max():.1e} of the "
@@ -107,12 +139,12 @@ class FrozenBoundIncrement(FrictionIncrement):
         )
 
     def _motions(self) -> Array:
-        """The motions that stand in the variables."""
-        values = self.problem.var_dict
-        return joined(np.asarray(values["slip_increment"].value), np.maximum(np.asarray(values["gap"].value), 0.0))
+        u, n = self._scaled.var_dict["u"].value, len(self.friction)
+        motions: Array = np.concatenate([u[:-n], np.maximum(u[-n:], 0.0)])
+        return motions
 
 
-class ExactIncrement(FrictionIncrement):
+class ExactIncrement(_ByProgram):
     """One friction increment by the contact law itself as a mixed-integer program, compiled once.
 
     The program decides the status of every node. A few steps of Newton's method make the state exact, and the referee judges it. The objective counts
@@ -140,16 +172,10 @@ class ExactIncrement(FrictionIncrement):
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem.from_blocks(
-    ...     A=[[2, -1], [-1, 2]],
-    ...     B=[[0, 0.5], [-0.5, 0]],
-    ...     C=[[2, 0], [0, 2]],
-    ...     x=[0, 1],
-    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
-    ... )
+    >>> system = fo.ContactSystem.from_blocks([[2.0]], [[0.5]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     >>> load = system.reaction({"P": 1.0, "Q": 1.0})
-    >>> fo.increments.ExactIncrement(system, friction=0.5).solve([0.0, 0.0], load).slip.round(6).tolist()
-    [-0.326531, -0.122449]
+    >>> fo.increments.ExactIncrement(system, friction=0.5).solve([0.0], load).slip.round(6).tolist()
+    [-0.285714]
     """
 
     _title = "friction increment, mixed-integer"
@@ -158,43 +184,17 @@ class ExactIncrement(FrictionIncrement):
         self._reach = finite_number("reach", reach, above=1.0)
         super().__init__(checked_plane(system, "choose NewtonIncrement or FrozenBoundIncrement"), friction)
 
-    @cached_property
-    def problem(self) -> cp.Problem:
-        """The mixed-integer program."""
-        n, f = len(self.friction), self.friction
-        dv, w = cp.Variable(n, name="slip_increment"), cp.Variable(n, name="gap")
-        forward, backward, opened = (cp.Variable(n, boolean=True, name=name) for name in _BOOLEANS)
-        trial, expected = cp.Parameter(2 * n, name="trial_reaction"), cp.Parameter((3, n), name="expected_status")
-        largest = cp.Parameter(nonneg=True, name="largest")  # motion and pressure; with it 2 f largest bounds f p + q and f p - q
-
-        r = trial + self.law.S @ cp.hstack([dv, w])
-        q, bound, p = r[:n], cp.multiply(f, r[n:]), r[n:]
-        rows = {
-            "one_status": forward + backward + opened <= 1,
-            "slips_forward": dv <= largest * (forward + opened),
-            "slips_backward": -dv <= largest * (backward + opened),
-            "no_overlap": w >= 0,
-            "opens": w <= largest * opened,
-            "no_tension": p >= 0,
-            "no_force_across_a_gap": p <= largest * (1 - opened),
-            "forward_bound": bound + q >= 0,
-            "on_forward_bound": bound + q <= largest * cp.multiply(2 * f, 1 - forward),
-            "backward_bound": bound - q >= 0,
-            "on_backward_bound": bound - q <= largest * cp.multiply(2 * f, 1 - backward),
-        }
-        unexpected = cp.sum(cp.multiply(1 - 2 * expected, cp.vstack([forward, backward, opened])))  # but for a constant, how many booleans differ
-        return cp.Problem(cp.Minimize(unexpected), [row.set_label(name) for name, row in rows.items()])
+    def _listing(self, system: ContactSystem) -> cp.Problem:
+        return exact(system, self.friction)
 
     def _solved(self, posed: Posed) -> Increment:
         guess = newton(self.law, posed.trial, np.zeros_like(posed.trial))
         known = posed.result(guess, SolveRecord("NEWTON")).residual <= RESIDUAL
         largest = self._reach * max(1.0, float(np.abs(np.r_[posed.trial, guess.u, guess.r] if known else posed.trial).max()))
-        values = self.problem.param_dict
-        values["trial_reaction"].value, values["largest"].value = posed.trial, largest
-        values["expected_status"].value = np.array([guess.status == status for status in _BOOLEANS.values()], dtype=np.float64)
+        unexpected = np.array([np.where(guess.status == status, -1.0, 1.0) for status in _BOOLEANS.values()])
         within = f"slip increments and gaps up to {largest * posed.length:.3g} and pressures up to {largest * posed.force:.3g}"
         try:
-            found, record = solve(self.problem, lambda: posed.claim(self._motions(), self.problem))
+            found = self._found(posed, MILP, unexpected=unexpected, **self._most(largest, largest))
         except NoOptimum as error:
             if known:  # it disproves what the solvers say
                 raise SolverError(
@@ -205,14 +205,23 @@ class ExactIncrement(FrictionIncrement):
                 f"friction increment: no state obeys the law under this load with {within}; larger ones were not looked for (reach {self._reach:g}). "
                 "Reduce friction below the critical value, take another load, or give a larger reach"
             ) from error
+        if not found.residual <= RESIDUAL:
+            raise SolverError(f"mixed-integer increment: the statuses that were found leave a residual of {found.residual:.1e}; {self._remedy}")
         moved = max(np.abs(found.slip - posed.slip).max(), found.gap.max()) / posed.length
         if max(moved, found.p.max() / posed.force) >= _TOUCHES * largest:
             raise SolverError(f"mixed-integer increment: the state that was found touches {within}; give a larger reach than {self._reach:g}")
-        return replace(found, record=replace(found.record, solver=record.solver, attempts=record.attempts))
+        booleans = {name: (found.status == status).astype(np.float64) for name, status in _BOOLEANS.items()}
+        most = self._most(largest * posed.length, largest * posed.force)
+        values = {"slip_step": found.slip - posed.slip, "gap": found.gap, "q": found.q, "p": found.p, **booleans}
+        return self._answer(posed, found, values, unexpected=unexpected, **most)
+
+    def _most(self, motion: float, force: float) -> dict[str, Array]:
+        whole = np.ones(len(self.friction))
+        return {"most_motion": motion * whole, "most_force": force * whole, "most_slack": 2 * force * self.friction}
 
     def _motions(self) -> Array:
-        """The motions that stand in the variables, those that their booleans forbid at zero."""
-        values = {name: variable.value for name, variable in self.problem.var_dict.items()}
+        """Those that the booleans forbid are zero."""
+        values = {name: variable.value for name, variable in self._scaled.var_dict.items()}
         forward, backward, opened = (values[name] > 0.5 for name in _BOOLEANS)
-        motions: Array = np.r_[np.where(forward | backward | opened, values["slip_increment"], 0.0), np.where(opened, values["gap"], 0.0)]
+        motions: Array = np.r_[np.where(forward | backward | opened, values["slip_step"], 0.0), np.where(opened, values["gap"], 0.0)]
         return motions

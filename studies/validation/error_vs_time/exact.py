@@ -16,6 +16,7 @@ import frictopt as fo
 Array = np.ndarray[Any, Any]
 
 _DIGITS = Fraction(1, 10**40)  # residual of a refined solution, over the size of its right-hand side
+_OPEN = 2  # status of a node that is open
 _ZERO = Fraction(1, 10**30)  # slacks and multipliers above minus this, over their sizes, count as not negative
 
 
@@ -84,26 +85,28 @@ def exact_guaranteed_limit(system: fo.ContactSystem, cycle: fo.LoadCycle, fricti
 
 
 def exact_increment(system: fo.ContactSystem, friction: float, slip: Array, bonded: tuple[Array, Array], status: Array) -> Array:
-    """(N,) exact slip after an increment in which no node opens, from the status that each node has after it.
+    """(N,) exact slip after an increment, from the status that each node has after it: -1, 0 or 1, and 2 where it is open.
 
     Raises
     ------
     NotProven
         The status contradicts its own exact state.
     """
-    n, f = system.nodes, Fraction(friction)
-    A, B, before = fractions(system.A), fractions(system.B), fractions(slip)
-    q, p = fractions(bonded[0]) + A @ before, fractions(bonded[1]) + B @ before
-    sense = np.array([Fraction(int(value)) for value in status], dtype=object)
-    moving = np.flatnonzero(status)
-    rows = A[moving] + f * sense[moving, None] * B[moving]
-    change = np.array([Fraction(0)] * n, dtype=object)
-    change[moving] = refined(rows[:, moving], -(q + f * sense * p)[moving])
-    q, p = q + A @ change, p + B @ change
-    size = sum(abs(p)) / n
-    if max(abs(q) - f * p) > _ZERO * size or min(sense * change) < 0:  # a pull breaks the bound as well
+    n, f, opened = system.nodes, Fraction(friction), status == _OPEN
+    S, before = fractions(system.S), fractions(slip)
+    r = fractions(np.concatenate(bonded)) + S[:, :n] @ before
+    sense = np.array([Fraction(int(value)) for value in np.where(opened, 0, status)], dtype=object)
+    moving, lifted = np.flatnonzero(status), n + np.flatnonzero(opened)
+    free = np.concatenate([moving, lifted])
+    law = np.concatenate([r[moving] + f * sense[moving] * r[n + moving], r[lifted]])  # vanishes: q of open nodes, q + f p or q - f p, p of open ones
+    rows = np.concatenate([S[moving] + f * sense[moving, None] * S[n + moving], S[lifted]])
+    change = np.array([Fraction(0)] * (2 * n), dtype=object)
+    change[free] = refined(rows[:, free], -law)
+    r = r + S @ change
+    q, p, size = r[:n], r[n:], sum(abs(r[n:])) / n
+    if max(abs(q) - f * p) > _ZERO * size or min(sense * change[:n]) < 0 or min(change[n:]) < 0:  # a pull breaks the bound as well
         raise NotProven("the status of the increment contradicts its own exact state")
-    return np.asarray(before + change, dtype=float)
+    return np.asarray(before + change[:n], dtype=float)
 
 
 def safe_rows(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> tuple[Array, Array, Array, Fraction]:

@@ -27,6 +27,8 @@ class Parameters:
     overload: float = 1.4  # load factor of increments and transients over the shakedown limit
     steps: tuple[int, ...] = (5, 10, 20, 40, 80)  # increments from corner to corner
     milp_steps: tuple[int, ...] = (2, 5, 10)
+    increment_elements: tuple[int, ...] = (24, 124, 500)  # of the paper's scene, for one increment
+    increment_tolerances: tuple[float, ...] = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)  # of the solvers that sweep over frozen bounds
     milp_elements: tuple[int, ...] = (16, 40)  # complementarity with booleans takes over 10 s for 10 steps on 124 elements
     steady_overload: float = 1.05  # load factor of steady states over the shakedown limit
     steady_cycles: tuple[int, ...] = (1, 2, 3, 4, 6, 10)  # cycles followed where the steady state is not proven
@@ -51,6 +53,8 @@ QUICK = Parameters(
     cells=(20, 40),
     tolerances=(1e-4, 1e-8),
     steps=(5, 10, 20, 40),
+    increment_elements=(8,),
+    increment_tolerances=(1e-3, 1e-6),
     milp_steps=(2,),
     milp_elements=(8,),
     steady_cycles=(1, 2, 4),

@@ -16,7 +16,7 @@ def report(tables: Mapping[str, pd.DataFrame]) -> str:
     installed = ", ".join(f"{name} {number}" for name, number in error.attrs["rivals"].items())
     missing = ", ".join(error.attrs["absent"]) or "none"
     head = f"{error.attrs['machine']}; medians of processor times; rivals: {installed}; not installed and skipped: {missing}."
-    return "\n\n".join(["", head, fronts(error), calls(error), law(tables["limits_corner"])])
+    return "\n\n".join(["", head, fronts(error), increments(error), calls(error), law(tables["limits_corner"])])
 
 
 def fronts(table: pd.DataFrame) -> str:
@@ -26,6 +26,17 @@ def fronts(table: pd.DataFrame) -> str:
         ours, rivals = _best(question), question[question["rival"] != ""]
         rows.append([_name(ours), f"{_way(ours)}: {_cost(ours)}", _rival(rivals, ours), _ahead(rivals)])
     return markdown(["computation", "frictopt: error, time", "fastest rival as accurate", "rivals ahead of frictopt"], rows)
+
+
+def increments(table: pd.DataFrame) -> str:
+    """Error and run time of one increment in the plane, by every method, on the finest mesh."""
+    asked = table[table["computation"] == "increment"]
+    finest = asked[asked["nodes"] == asked["nodes"].max()]
+    quantities, rows = list(finest["quantity"].unique()), []
+    for (method, setting), alike in finest.groupby(["method", "setting"], sort=False):
+        found = alike.set_index("quantity")
+        rows.append([f"{method} ({setting})", *(_cost(found.loc[name]) for name in quantities)])
+    return markdown([f"increment, N = {finest['nodes'].max()}", *quantities], rows)
 
 
 def calls(table: pd.DataFrame) -> str:

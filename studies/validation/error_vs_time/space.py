@@ -88,7 +88,7 @@ def _clarabel(data: Any, tolerance: float) -> float:
 
 def _increment(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
     """From the state at the first corner, above the shakedown limit, to the second corner at once."""
-    n, (path, exact), (system, along) = scene.system.nodes, posed(parameters, scene), space
+    n, (path, exact), (system, along) = scene.system.nodes, posed(parameters, scene, parameters.overload), space
     before, after, q = (values[:, None] * along for values in (path.state.u[:n], exact, path.corners[1][:n]))
     bonded = q, path.corners[1][n:]
 

@@ -30,6 +30,8 @@ def questions(parameters: Parameters) -> Iterator[Question]:
         yield from limits.questions(parameters, scene)
         yield from transients.questions(parameters, scene, elements)
         yield from space.questions(parameters, scene, elements)
+    for elements in parameters.increment_elements:
+        yield from transients.increments(parameters, punch(parameters, elements))
     yield from transients.cylinders(parameters)
     yield space.spheres(parameters)
     yield space.amplitudes(parameters)

@@ -13,22 +13,29 @@ from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement,
 from ...paper import LOADS
 from ..oracles import corner_loads
 from .exact import exact_increment
+from .frozen import FrozenBounds
 from .lemke import Lemke
 from .methods import Method, Question, installed, relative
 from .parameters import CYLINDER, CYLINDER_LOADS, SHEAR, Parameters, Scene, cylinder
 
 Array = np.ndarray[Any, Any]
 
+_LARGE = 200  # nodes from which on Clarabel takes minutes for all tolerances
 CYCLES = 2
 """Cycles of a transient; the work in the last one is asked for."""
 STEPS = "increments from corner to corner"
 
 
 def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Question]:
-    """One increment, and work in the second cycle and in the steady one, on one mesh."""
-    yield _increment(parameters, scene, elements)
+    """Work in the second cycle and in the steady one, on one mesh."""
     yield _transient(parameters, scene, elements)
     yield _steady(parameters, scene)
+
+
+def increments(parameters: Parameters, scene: Scene) -> Iterator[Question]:
+    """One increment on one mesh, in which few nodes slip, and in which most do."""
+    for quantity, overload in (("slip of few nodes", parameters.steady_overload), ("slip of most nodes", parameters.overload)):
+        yield _increment(parameters, scene, quantity, overload)
 
 
 def cylinders(parameters: Parameters) -> Iterator[Question]:
@@ -103,23 +110,23 @@ def _energy_error(path: fo.results.Trajectory) -> float:
     return float(np.abs(path.energy_error).max()) / last_work(path)
 
 
-def posed(parameters: Parameters, scene: Scene) -> tuple[ExactPath, Array]:
-    """The exact path at the first corner, above the shakedown limit, and the slip (N,) that one increment to the second corner leads to."""
+def posed(parameters: Parameters, scene: Scene, overload: float) -> tuple[ExactPath, Array]:
+    """The exact path at the first corner, so far above the shakedown limit, and the slip (N,) that one increment to the second corner leads to."""
     system, friction, n = scene.system, parameters.friction, scene.system.nodes
-    path = ExactPath(system, LOADS, friction, parameters.overload * scene.limit).start()
+    path = ExactPath(system, LOADS, friction, overload * scene.limit).start()
     path.follow_to(path.corners[0], "the segment to the first corner")
     slip, pair = path.state.u[:n], (path.corners[1][:n], path.corners[1][n:])
     after = NewtonIncrement(system, friction).solve(slip, pair)
-    return path, exact_increment(system, friction, slip, pair, np.sign(after.slip - slip))
+    return path, exact_increment(system, friction, slip, pair, after.status)
 
 
-def _increment(parameters: Parameters, scene: Scene, elements: int) -> Question:
+def _increment(parameters: Parameters, scene: Scene, quantity: str, overload: float) -> Question:
     """From the state at the first corner, above the shakedown limit, to the second corner at once."""
     system, friction, n = scene.system, parameters.friction, scene.system.nodes
-    path, exact = posed(parameters, scene)
+    path, exact = posed(parameters, scene, overload)
     before, bonded = path.state.u.copy(), path.corners[1]
     slip, pair = before[:n], (bonded[:n], bonded[n:])
-    engines = {"frozen bounds (QP)": ("CLARABEL", FrozenBoundIncrement), "newton": ("steps", NewtonIncrement)}
+    engines = {"frozen bounds (QP)": ("OSQP, Newton", FrozenBoundIncrement), "newton": ("steps", NewtonIncrement)}
 
     def error(found: Array) -> float:
         return float(np.abs(found - exact).max() / np.abs(exact - slip).max())
@@ -129,13 +136,19 @@ def _increment(parameters: Parameters, scene: Scene, elements: int) -> Question:
 
     methods = [ours(f"frictopt, {name}", way, engine(system, friction)) for name, (way, engine) in engines.items()]
     methods.append(Method("frictopt, exact path", "none", "events", partial(_followed, path, before), lambda u: error(u[:n])))
-    if elements in parameters.milp_elements:
-        methods.append(ours("frictopt, complementarity (MILP)", "HIGHS", ExactIncrement(system, friction)))
+    if n <= max(parameters.milp_elements) + 1:
+        methods.append(ours("frictopt, complementarity (MILP)", "HIGHS, Newton", ExactIncrement(system, friction)))
+    bare = FrozenBounds(system, friction)
+    every = parameters.increment_tolerances
+    for name, way, tolerances in (("OSQP", bare.osqp, every), ("Clarabel", bare.clarabel, every if n < _LARGE else every[::4])):
+        for tolerance in tolerances:
+            run = partial(way, slip, bonded, tolerance)
+            methods.append(Method(f"{name}, frozen bounds", "tolerance", f"{tolerance:.0e}", run, error, rival=name.lower()))
     if installed("quantecon"):
         lemke = Lemke(system, friction, float(np.abs(bonded[n:]).mean()))
         methods.append(Method("Lemke", "none", "pivots", partial(lemke.increment, slip, bonded), lambda made: error(made[0]), rival="quantecon"))
     # reference: linear system of the final statuses in rational arithmetic, refined to 40 digits; the contact law checked on it
-    return Question("increment", "slip", scene.name, n, methods)
+    return Question("increment", quantity, scene.name, n, methods)
 
 
 def _followed(path: ExactPath, before: Array) -> Array:
