@@ -112,7 +112,8 @@ class Transient(ABC):
     far_start
         Whether the start stresses the contact so much more than the loads do that its rounding may hide them.
     engine, steps, coarser
-        "path", 0 and none for the exact path; how increments are solved, their number from corner to corner, and those that tell the error of `march`.
+        "path", 0 and none for the exact path; how increments are solved, their number from corner to corner, and that of those that tell the error
+        of `march`.
     started
         When it was made, for the record.
 
