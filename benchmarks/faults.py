@@ -435,7 +435,7 @@ FAULTS = (
           "spatial_cycles"),
     Fault("transients/stepped.py", "an open node works", "** 2).sum(axis=0)) * (status != OPEN)", "** 2).sum(axis=0))", "spatial_cycles"),
     Fault("transients/steady.py", "work in doubt is none", "(np.sqrt(doubt.lacking", "(0.0 * np.sqrt(doubt.lacking", "spatial_cycles"),
-    Fault("transients/steady.py", "nodes that open do not slide before", "doubt.missed.sum()):", "0.0):", "spatial_cycles"),
+    Fault("transients/steady.py", "nodes that open do not slide before", "doubt.missed.sum()))", "0.0))", "spatial_cycles"),
     Fault("transients/march.py", "nodes come down where they were", "float(doubt.late.max(initial=0.0))", "0.0", "spatial_cycles"),
     Fault("transients/march.py", "slip in doubt is none", "np.sqrt(np.prod(ways))", "0.0 * np.prod(ways)", "spatial_cycles"),
     # plots

@@ -49,6 +49,7 @@ BY_JOBS = {  # command -> how a job has it, with what only its machine needs
 }
 COUNTS = ["python benchmarks/functions.py"]  # its exit status is a number of what it finds
 SHORT = ["python -m studies"]  # what takes longer is a slow test
+MINUTES = ["error_vs_time", "extremes"]  # studies whose quick runs take minutes, too: those of the weekly job are enough
 
 
 def commands(text):
@@ -75,7 +76,7 @@ WEEKLY = re.findall(r"^ +- ((?:python|pytest) .*)$", (ROOT / ".github" / "workfl
 TYPED = [command for command in OTHERS if command not in NOT_RUN and command not in BY_JOBS]
 LONG = [command for command in TYPED if command in WEEKLY]
 STUDIED = [command for command in LONG if re.match(r"python -m (studies|paper_figures)", command)]
-QUICK = [re.sub(r" --(only|cases|seed) \S+", "", command) + " --quick" for command in STUDIED]
+QUICK = [re.sub(r" --(only|cases|seed) \S+", "", command) + " --quick" for command in STUDIED if not command.endswith(tuple(MINUTES))]
 QUICK.sort(key=lambda command: "figures" in command)  # which take the tables of the others
 HERE = [command for command in TYPED if command not in LONG] + list(dict.fromkeys(QUICK))
 

@@ -37,7 +37,9 @@ tests.study(store=sys.argv[1])
 """
 
 POOL = """
+import signal
 import sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # which a process in the background ignores
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 import test_dissipation_store as tests

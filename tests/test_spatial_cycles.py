@@ -96,7 +96,7 @@ def test_the_steady_state_of_random_unguided_contacts_is_that_of_plain_following
     assert (steady.outcome is fo.Outcome.RATCHETING) == (drift > 1e-3) and (drift > 1e-3 or steady.slip == pytest.approx(ends[-1], abs=1e-5))
 
 
-@pytest.mark.parametrize(("seed", "ratio", "off"), [(24, 1.15, 1e-9), (53, 1.15, 1e-9), (59, 1.15, 1e-9), (6, 1.15, 1e-10), (52, 1.4, 1e-10)])
+@pytest.mark.parametrize(("seed", "ratio", "off"), [(24, 1.15, 1e-9), (53, 1.15, 1e-9), (59, 1.15, 1e-9), (6, 1.15, 1e-11), (52, 1.4, 1e-10)])
 def test_slip_that_comes_slowly_to_one_of_many_steady_states_tells_how_far_off_its_work_is(seed, ratio, off):
     """Its works of later cycles differ from those told by up to 1e-7 of themselves."""
     rng = np.random.default_rng(seed)
