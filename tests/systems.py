@@ -117,6 +117,8 @@ def linprog_limit(contact, cycle, friction, most=None, upper=(), equal=(), least
     answer = linprog(goal, rows, right, **also, bounds=[*slips, (0, None)], options=tight)
     if answer.status == 4:  # more than HiGHS can do with so many rows of nearly the same direction
         answer = linprog(goal, rows, right, **also, bounds=[*slips, (0, None)])
+    if answer.status == 4:
+        answer = linprog(goal, rows, right, **also, bounds=[*slips, (0, None)], method="highs-ipm")
     return answer.status, {0: answer.fun if least or answer.fun is None else -answer.fun, 3: np.inf}.get(answer.status, np.nan)
 
 

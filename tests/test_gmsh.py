@@ -127,7 +127,7 @@ def test_a_crack_of_gmsh_is_a_contact_of_its_body_as_the_page_of_questions_has_i
             gmsh.plugin.setNumber("Crack", name, value)
         gmsh.plugin.run("Crack")
         gmsh.write(str(tmp_path / "a.msh"))
-    (code,) = re.findall(r"```\n(lips = .*?)```", (Path(__file__).parents[1] / "docs" / "faq.md").read_text(encoding="utf-8"), re.DOTALL)
+    (code,) = re.findall(r"```\w*\n(lips = .*?)```", (Path(__file__).parents[1] / "docs" / "faq.md").read_text(encoding="utf-8"), re.DOTALL)
     known = {"fo": fo, "steel": fo.Material(nu=0.0), "supports": [fo.Support("shaft", "low")], "mesh": fo.read_mesh(tmp_path / "a.msh")}
     exec(code, known | {"loads": {"P": [fo.Traction("shaft", "high", z=-3.0)]}}, known)
     system = known["model"].condense()

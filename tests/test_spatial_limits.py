@@ -104,7 +104,7 @@ def test_safe_slips_end_at_the_limit_and_its_slip_carries_no_more(seed):
     assert march.cycle_work.sum() < 1e-15
 
 
-@pytest.mark.parametrize("seed", [6, 7, 14])
+@pytest.mark.parametrize("seed", [7, 14])  # of others the oracle has no answer on some processors
 def test_nodes_that_hardly_feel_the_load_do_not_move_the_limit_by_the_rounding_of_soft_slips(seed):
     """Little but its spring resists that the whole body slides; half of the nodes stick whatever the load."""
     contact, slides = random_contact(np.random.default_rng(seed), 12), np.kron(np.eye(3, 2), np.ones((12, 1))) / np.sqrt(12)

@@ -82,6 +82,8 @@ def _binding(constraint: cp.Constraint) -> str:
     low, high = (side.value for side in constraint.args)
     if low is None or high is None:
         return ""
+    if isinstance(constraint, cp.constraints.Equality):
+        return f", {constraint.size} of {constraint.size} rows bind"
     if isinstance(constraint, cp.SOC):  # its arguments are the bounds and the vectors
         low, high = np.linalg.norm(high, axis=constraint.axis), low
     slack, size = np.atleast_1d(high - low), max(float(np.abs(low).max()), float(np.abs(high).max()))
