@@ -1,5 +1,7 @@
 """The shakedown limit at the paper's size against a bare HiGHS call on the same reduced matrices, and required friction against the limit."""
 
+import pickle
+
 import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
@@ -15,22 +17,26 @@ OPTIONS = {"defaults": {}, "primal simplex": SIMPLEX}
 def test_compiled_limit_against_bare_highs(compare, system, cycle, options, simplify):
     model = fo.ShakedownModel(system, cycle, simplify=simplify)
     limit = model.solve(0.7)
-    program = LinearProgram.of(limit.problem)
-    assert -highs_cost(highs(program, OPTIONS[options])) == pytest.approx(limit.problem.value, rel=1e-7)
-    assert compare(lambda: model.solve(0.7), lambda: highs(program, OPTIONS[options]), rounds=25) < 2.0
+    program = LinearProgram.of(model)
+    assert -highs_cost(highs(program, OPTIONS[options])) == pytest.approx(limit.load_factor, rel=1e-7)
+    assert compare(lambda: model.solve(0.7), lambda: highs(program, OPTIONS[options]), rounds=25) < 1.5
 
 
-def test_first_time(benchmark, system, cycle):
+@pytest.mark.parametrize(("nodes", "most"), [(125, 0.1), (251, 0.3), (501, 1.0)])
+def test_first_time(benchmark, cycle, nodes, most):
+    system = fo.scenes.PunchOnHalfPlane(elements=nodes - 1).condense()
     with threadpool_limits(1):
-        benchmark.pedantic(lambda: fo.shakedown_limit(system, cycle, 0.7), rounds=9)
-    assert benchmark.stats.stats.median < 0.1
+        fresh = pickle.dumps(system)  # nothing is known of a copy
+        benchmark.pedantic(fo.shakedown_limit, setup=lambda: ((pickle.loads(fresh), cycle, 0.7), {}), rounds=9)
+    assert benchmark.stats.stats.median < most
 
 
-def test_64_corners_against_2(compare, system, cycle):
-    angles = 2 * np.pi * np.arange(64) / 64
+def test_first_time_of_40_corners(benchmark, system):
+    angles = 2 * np.pi * np.arange(40) / 40
     many = fo.LoadCycle({"P": 1.0}, [{"sigma": float(np.cos(a)), "P": 0.1 * float(np.sin(a))} for a in angles])
-    few = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0, "P": 0.1}, {"sigma": 1.0, "P": -0.1}])
-    assert compare(lambda: fo.shakedown_limit(system, many, 0.7), lambda: fo.shakedown_limit(system, few, 0.7), rounds=25) < 1.2
+    with threadpool_limits(1):
+        benchmark.pedantic(lambda: fo.shakedown_limit(system, many, 0.7), rounds=9)
+    assert benchmark.stats.stats.median < 0.3
 
 
 def test_sweep_of_50_against_single_solves(compare, system, cycle):

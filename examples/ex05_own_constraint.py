@@ -27,4 +27,4 @@ ax.legend()
 # %%
 # Each limit is proven with the constraints; ``explain`` names the rows that bind.
 
-model.solve(0.7, constraints=[model.slip <= bounds[0]]).explain()
+print(model.solve(0.7, constraints=[model.slip <= bounds[0]]).explain())

@@ -25,4 +25,4 @@ ax.set(xlabel="increments from corner to corner", ylabel="error of the work of f
 # One increment as a convex program with a frozen friction bound, by its names:
 
 increment = fo.increments.FrozenBoundIncrement(system, friction=0.7)
-increment.solve(np.zeros(17), system.reaction({"P": 1.0, "sigma": 3.0})).explain()
+print(increment.solve(np.zeros(17), system.reaction({"P": 1.0, "sigma": 3.0})).explain())

@@ -2,28 +2,71 @@
 
 import cvxpy as cp
 import numpy as np
+from scipy.optimize import nnls
 
+from frictopt.solve import chain
 from frictopt.solve import solvers as policy
+from frictopt.solve.engines import OPTIMAL
+from frictopt.solve.reduced import Reduced
 
-HONEST = policy._run
+HONEST, TOLD, BY_CVXPY = chain.run, Reduced.back, policy._run
 
 
 def lying(monkeypatch, lie):
-    """Let every optimum pass through `lie(problem, solver)`, which changes values of the problem, or returns what is said in its place."""
+    """Let every optimum of a program of arrays pass through `lie(program, solver, x, y)`.
 
-    def run(problem, name, *above):
-        outcome = HONEST(problem, name, *above)
+    It returns None, the x and multipliers that are told in their place, or a status.
+    """
+
+    def run(program, name, above):
+        status, x, y = HONEST(program, name, above)
+        said = lie(program, name, x, y) if status == OPTIMAL else None
+        return (said, x, y) if isinstance(said, str) else (status, *said) if said is not None else (status, x, y)
+
+    monkeypatch.setattr(chain, "run", run)
+
+
+def misread(monkeypatch, lie):
+    """Let every answer on its way to the user's unknowns pass through `lie(compiled, z, multipliers)`, which changes them; no polish mends that."""
+
+    def back(self, x, y):
+        z, multipliers = TOLD(self, x, y)
+        lie(self.compiled, z, multipliers)
+        return z, multipliers
+
+    monkeypatch.setattr(Reduced, "back", back)
+
+
+def lying_by_cvxpy(monkeypatch, lie):
+    """Let every optimum of a cvxpy problem pass through `lie(problem, solver)`, which changes its values, or returns what is said in its place."""
+
+    def run(problem, name):
+        outcome = BY_CVXPY(problem, name)
         return (outcome == cp.OPTIMAL and lie(problem, name)) or outcome
 
     monkeypatch.setattr(policy, "_run", run)
 
 
 def sloppy(size):
-    """Each variable is off by random numbers of this size."""
+    """Each unknown is off by random numbers of this size."""
+    return lambda program, name, x, y: (x + size * np.random.default_rng(0).normal(size=len(x)), y)
 
-    def lie(problem, name):
-        rng = np.random.default_rng(0)
-        for variable in problem.variables():
-            variable.save_value(variable.value + size * rng.normal(size=variable.shape))
 
-    return lie
+def is_excess(program):
+    """Whether a program looks for the excess that proves that another has no optimum: it is all that it minimises."""
+    return program.zero == 0 and bool(program.cost[-1] == 1) and not program.cost[:-1].any()
+
+
+def unpolished(monkeypatch):
+    """Let answers stand as they are told."""
+    monkeypatch.setattr(chain, "polish", lambda program, x, y: (x, y))
+
+
+def persuasive(program, x):
+    """Multipliers in their cones whose work is that of an x that is no optimum, out of balance as little as can be. Of a linear program."""
+    matrix, zero, heavy = program.matrix.toarray(), program.zero, 1e6
+    rows = np.hstack([matrix.T, -matrix[:zero].T])  # those of equations have both signs
+    work = np.r_[program.right, -program.right[:zero]]
+    size = max(abs(work).max(), 1e-300)
+    y = nnls(np.vstack([rows, heavy * work / size]), np.r_[-program.cost, -heavy * (program.cost @ x) / size])[0]
+    return np.r_[y[:zero] - y[len(program.right) :], y[zero : len(program.right)]]

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits.question import LimitQuestion
+from frictopt.limits.question import Question
 from refused import refused
 from spatial import cycle, random_contact
 from systems import CYCLE, random_system
@@ -30,7 +30,7 @@ def test_designs_without_bounds_are_named_with_the_direction_in_which_they_grow(
     with pytest.raises(fo.ModelError, match=r"preload\['one'\] has no lower bound, preload\['two'\] has no lower bound"):
         pulling.solve(0.5)
     shaped = fo.DesignModel(CONTACT, CYCLE, preloads=["mean"], profile=True)
-    with pytest.raises(fo.ModelError, match=r"design: profile\[0\] has no lower bound, profile\[1\] has no lower bound;"):
+    with pytest.raises(fo.ModelError, match=r"design: (profile\[\d\] has no lower bound(, )?)+;"):
         shaped.solve(0.5, [cp.abs(shaped.preload) <= 0.1])
     pressing = fo.DesignModel(CONTACT, fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}]), preloads=["cyclic"])
     with pytest.raises(fo.ModelError, match="load_factor: it grows without end whatever the design"):
@@ -80,13 +80,13 @@ def test_designs_in_space_that_cannot_be_are_named():
     with pytest.raises(fo.ModelError, match=r"^low, high: they contradict each other"):
         model.solve(0.5, [(cp.norm(model.preload) <= 1.0).set_label("low"), (model.preload[0] >= 2.0).set_label("high")])
     shaped = fo.DesignModel(contact, cycle(), profile=True)
-    with pytest.raises(fo.ModelError, match="friction: node 1 has no friction, and the cyclic load shears it: no design is safe"):
-        shaped.solve([0.5, 0.0], [cp.abs(shaped.profile) <= 0.1])
+    none = shaped.solve([0.5, 0.0], [cp.abs(shaped.profile) <= 0.1])  # node 1 has no friction, and the cyclic load shears it
+    assert max(none.load_factor, none.bound) < 1e-9 and none.residual <= 1e-9
 
 
 def test_a_design_that_breaks_the_law_in_one_scenario_is_no_answer(monkeypatch):
-    violation = LimitQuestion.violation
-    monkeypatch.setattr(LimitQuestion, "violation", lambda task, *at: 1e-6 if task.friction[0] == 0.6 else violation(task, *at))
+    violation = Question.violation
+    monkeypatch.setattr(Question, "violation", lambda task, *at: 1e-6 if task.friction[0] == 0.6 else violation(task, *at))
     model = fo.DesignModel(CONTACT, CYCLE, preloads=["mean"], scenarios=[(CYCLE, 0.6)])
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         model.solve(0.5, [cp.abs(model.preload) <= 0.1])

@@ -32,7 +32,7 @@ ALLOWED = {  # libraries beyond the standard one, by layer
     "reference": {"numpy", "scipy.special"},  # the latter where a series is asked for
     "fem": {"numpy", "scipy", "skfem", "meshio", "pandas", "pyyeti", "ansys"},  # the last four where a file is read
     "scenes": {"numpy", "skfem"},
-    "solve": {"numpy", "scipy", "cvxpy", "pandas", "highspy"},
+    "solve": {"numpy", "scipy", "cvxpy", "pandas", "highspy", "clarabel"},
     "limits": {"numpy", "scipy", "cvxpy", "pandas"},
     "transients": {"numpy", "scipy", "cvxpy", "pandas", "numba", "lazy_loader", "xarray"},  # the last one where a Dataset is asked for
     "histories": {"numpy", "scipy", "pandas", "threadpoolctl"},

@@ -17,7 +17,7 @@ from frictopt.solve import solvers as policy
 from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement, NewtonIncrement, complementarity_problem, listings, programs
 from frictopt.transients.increments.increment import Posed
 from frictopt.transients.increments.newton import State, newton
-from liars import lying
+from liars import lying_by_cvxpy as lying
 from systems import explained, random_system, system
 
 CONTACT, FRICTION, SLIP, LOAD = random_increment(np.random.default_rng(3), 3, 0.6)
@@ -253,7 +253,7 @@ def test_cvxpy_is_asked_with_every_option_accepted():
     """A misspelt option would be an error of the solver, and a silent fall-back."""
     x = cp.Variable(2, name="x")
     smooth = cp.Problem(cp.Minimize(cp.sum_squares(x - 1)), [x >= 0])
-    for name in policy.SOCP_SOLVERS:
+    for name in policy.solver_order(None, policy.SOCP, by_cvxpy=True):
         assert policy._run(smooth, name) == "optimal"
     whole = cp.Variable(2, boolean=True)
     for name in policy.MILP_SOLVERS:

@@ -8,10 +8,7 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from frictopt.histories.guarantee import from_its_middle
-from frictopt.limits.answered import Mechanism
-from frictopt.limits.friction_bounds import safe_set
-from frictopt.limits.judge import judged
-from frictopt.limits.question import pose
+from liars import misread
 from systems import CYCLE, NODE, SEEDS, explained, linprog_limit, on_both_bounds, random_system
 
 Z = [0.0, 0.0]
@@ -44,7 +41,7 @@ def pressing_cycle(rng, nodes, corners=3):
 def test_two_uncoupled_nodes_by_hand(contact, simplify):
     limit = fo.shakedown_limit(contact, PRESSING, 0.5, simplify=simplify)
     assert (limit.least, limit.load_factor) == pytest.approx((1.25, 5 / 3), rel=1e-12)
-    assert limit.record.solver == ("closed form" if simplify else "HIGHS")
+    assert limit.record.solver == "HIGHS"
     assert "none is safe below 1.25: " in limit.reason and "no residual slip is safe above it" in limit.reason and "least=1.25" in repr(limit)
     for load_factor, safe in ((1.2, False), (1.3, True), (1.6, True), (1.7, False)):
         assert fo.steady_state(contact, PRESSING, 0.5, load_factor).outcome.name == ("SHAKEDOWN" if safe else "CYCLIC_SLIP")
@@ -94,31 +91,31 @@ def test_the_problem_of_the_limit_keeps_its_values(own):
     printed = explained(limit)
     assert "values      none here" not in printed
     rows = {row.label: row.dual_value for row in limit.problem.constraints}
-    assert rows["load_factor_not_negative"] == pytest.approx(0.0, abs=1e-9)
+    assert rows["load_factor"] == pytest.approx(0.0, abs=1e-9) and limit.problem.value == pytest.approx(limit.load_factor, rel=1e-9)
     q, p = limit.reactions
-    slack = np.array([(0.5 * p + q).min(axis=0), (0.5 * p - q).min(axis=0)])
-    for side, name in enumerate(("no_forward_slip", "no_backward_slip")):  # the multipliers are those of the limit
-        assert np.abs(slack[side] * rows[name]).max() < 1e-9 and (rows[name] >= -1e-9).all()
-    assert np.sum([np.sum(rows[name]) for name in ("no_forward_slip", "no_backward_slip")]) > 0.1
+    names = [row.label for row in limit.problem.constraints if row.label and row.label.startswith("stuck")]
+    for name in names:  # the multipliers are those of the limit
+        corner = int(name[len("stuck[") : -1])
+        assert np.abs((0.5 * p - np.abs(q))[corner] * rows[name]).max() < 1e-9 and (rows[name] >= -1e-9).all()
+    assert names and np.sum([np.sum(rows[name]) for name in names]) > 0.1
 
 
 SOLID = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "N": [0, 0, 1], "X": [1, 0, 0]})
 TO_AND_FRO = fo.LoadCycle({"P": -1.0}, [{"N": 1.0, "X": 0.2}, {"N": 1.0, "X": -0.2}])
 
 
-@pytest.mark.parametrize(
-    ("contact", "cycle", "slips", "least"),
-    [(TWO, PRESSING, [[[-1.0, 0.0]], [[1.0, 0.0]]], 1.25), (SOLID, TO_AND_FRO, [[[-1.0], [0.0]], [[1.0], [0.0]]], 1 / (1 - 0.2 / 0.5))],
-    ids=["plane", "space"],
-)
-def test_a_least_load_factor_that_is_not_the_least_is_not_accepted(contact, cycle, slips, least):
-    """Judged from both sides: more than the least is not proven by the mechanism of a node that slips to and fro, less has no safe slip."""
-    task = pose(contact, cycle, 0.5)
-    moves = np.concatenate([slips, 0.5 * np.abs(slips).max(axis=1, keepdims=True)], axis=1)
-    motion, v = Mechanism(moves, task.friction), safe_set(task)
-    for share, right in ((1.0, True), (1 + 1e-8, False), (1 - 1e-8, False), (1.2, False)):
-        assert (judged(v, (share * least, np.zeros(contact.slip_shape), motion), least=True).residual <= 1e-9) == right
-    assert judged(v, (least, np.zeros(contact.slip_shape), motion)).residual == np.inf  # its drive is negative: no limit from above
+@pytest.mark.parametrize(("contact", "cycle", "least"), [(TWO, PRESSING, 1.25), (SOLID, TO_AND_FRO, 1 / (1 - 0.2 / 0.5))], ids=["plane", "space"])
+@pytest.mark.parametrize(("share", "proof", "right"), [(1, 1, True), (1 + 1e-8, 1, False), (1 - 1e-8, 1, False), (1.2, 1, False), (1.2, 1.2, False)])
+def test_a_least_load_factor_that_is_not_the_least_is_not_accepted(share, proof, right, contact, cycle, least, monkeypatch):
+    """Judged from both sides: more than the least is not proven by the multipliers, or those of more work balance nothing; less has no safe slip."""
+
+    def lie(compiled, z, multipliers):
+        if isinstance(compiled.problem.objective, cp.Minimize):
+            z[compiled.place(compiled.problem.var_dict["load_factor"])] *= share
+            multipliers *= proof
+
+    misread(monkeypatch, lie)
+    assert fo.shakedown_limit(contact, cycle, 0.5).least == (pytest.approx(least, rel=1e-9) if right else pytest.approx(np.nan, nan_ok=True))
 
 
 def test_it_costs_no_program_where_the_mean_load_is_safe():
@@ -198,7 +195,6 @@ def test_the_least_load_of_a_mirror_symmetric_pair_that_the_mean_load_alone_shea
     cycle = fo.LoadCycle({"P": 1.0, "Q": 1.0}, [{"P": 1.0, "Q": 0.1}, {"P": 1.0, "Q": -0.1}])
     limit = fo.shakedown_limit(pair, cycle, 0.5, slip_bound=most, simplify=simplify)
     assert limit.load_factor == np.inf and limit.least == pytest.approx(least, abs=1e-9)
-    assert ("mirror" in str(limit.record.left_out)) == simplify
 
 
 UP, DOWN = {"P": [0, 0, 1], "N": [0, 0, 1], "X": [1, 0, 0], "Y": [0, 1, 0]}, {"P": -1.0}

@@ -1,17 +1,16 @@
-"""Contacts that are mirror-symmetric in one or two planes are asked as a half or a quarter, and the answer is that of the whole contact."""
+"""Mirror images of contacts have mirrored answers, and contacts that are their own image answers that are safe mirrored, too."""
 
-from dataclasses import replace
+from functools import reduce
 
 import numpy as np
 import pytest
-from scipy.stats import ortho_group
 
 import frictopt as fo
 from frictopt.contact.parts import joined
-from frictopt.limits.parts import half_of, images_of, rest_of
 from frictopt.limits.question import pose
 
 SEEDS = pytest.mark.parametrize("seed", range(12))
+BOTH = pytest.mark.parametrize("tangents", [1, 2])
 
 
 def reflections(points, planes, tangents):
@@ -70,29 +69,75 @@ def scene(seed, tangents=2, *, planes=None):
     return fo.ContactSystem(S, points, bonded, gap=gap), fo.LoadCycle({"mean": 1.0}, corners), friction, most, mirrors
 
 
-def changed(contact, **change):
-    return replace(contact, **{"bonded": {name: joined(*pair) for name, pair in contact.bonded.items()}, **change})
+def image(contact, friction, most, plane, rng):
+    """The mirror image of a contact, its friction and slip bound, with its nodes in another order; and what the mirror does to motions."""
+    n, tangents = contact.nodes, contact.tangents
+    order = rng.permutation(n) if tangents == 2 else np.arange(n)[::-1]  # along the interface
+    signs = np.ones(tangents + 1)
+    signs[plane] = -1.0
+    P = np.kron(np.diag(signs), np.eye(n)[order])
+    points = contact.points[order] * np.where(np.arange(contact.points.shape[1]) == plane, -1.0, 1.0)
+    loads = {name: P @ joined(*pair) for name, pair in contact.bonded.items()}
+    mirrored = fo.ContactSystem(P @ contact.S @ P.T, points, loads, gap=contact.gap[order])
+    return mirrored, friction[order], None if most is None else most[order], P
 
 
-@pytest.mark.parametrize("tangents", [1, 2])
+def uneven(seed, tangents):
+    """A contact without symmetry: the symmetric one with other stiffness, loads, friction."""
+    contact, cycle, friction, most, _ = scene(seed, tangents)
+    rng, m, n = np.random.default_rng(seed), len(contact.S), contact.nodes
+    G = rng.normal(size=(m, m))
+    more = {name: np.r_[rng.normal(size=m - n), 0.3 * rng.normal(size=n)] for name in contact.bonded}
+    loads = {name: joined(*pair) + 0.1 * more[name] for name, pair in contact.bonded.items()}
+    return fo.ContactSystem(contact.S + 0.1 * G @ G.T / m, contact.points, loads, gap=contact.gap), cycle, rng.uniform(0.8, 1.0, n) * friction, most
+
+
+@BOTH
 @SEEDS
-def test_the_limit_of_the_part_is_that_of_the_whole(seed, tangents):
-    """Two solutions of the same question, and the proof of the smaller one by referee and balance of the whole contact."""
+def test_the_image_of_a_contact_has_the_same_limits_and_the_image_of_a_safe_slip_is_safe(seed, tangents):
+    contact, cycle, friction, most = uneven(seed, tangents)
+    rng = np.random.default_rng(seed)
+    for plane in range(tangents):
+        mirrored, f, bound, P = image(contact, friction, most, plane, rng)
+        own, other = (fo.shakedown_limit(*asked, slip_bound=m) for asked, m in (((contact, cycle, friction), most), ((mirrored, cycle, f), bound)))
+        assert own.kind is other.kind and [own.load_factor, own.bound, own.least] == pytest.approx(
+            [other.load_factor, other.bound, other.least], rel=1e-7, abs=1e-9, nan_ok=True
+        )
+        assert (own.open[np.argmax(P[-contact.nodes :, -contact.nodes :], axis=1)] == other.open).all()
+        if own.kind is fo.LimitKind.FINITE:
+            n, slip = contact.nodes, own.slip.T.ravel()
+            seen = (P[:-n, :-n] @ slip).reshape(tangents, n).T.reshape(own.slip.shape)
+            if not own.open.any():
+                assert pose(mirrored, cycle, f, slip_bound=bound).violation(own.load_factor, seen) <= 1e-8
+            margins = [
+                fo.safe_slip(*asked, 0.5 * own.load_factor, slip_bound=m).margin
+                for asked, m in (((contact, cycle, friction), most), ((mirrored, cycle, f), bound))
+            ]
+            assert margins[0] == pytest.approx(margins[1], rel=1e-7, abs=1e-8)
+
+
+@BOTH
+@pytest.mark.parametrize("seed", range(6))
+def test_the_image_of_a_contact_has_the_same_guaranteed_limit_at_the_image_of_the_node(seed, tangents):
+    contact, cycle, friction, most = uneven(seed, tangents)
+    mirrored, f, bound, P = image(contact, friction, most, 0, np.random.default_rng(seed))
+    own, other = fo.guaranteed_limit(contact, cycle, friction, slip_bound=most), fo.guaranteed_limit(mirrored, cycle, f, slip_bound=bound)
+    assert own.kind is other.kind and own.load_factor == pytest.approx(other.load_factor, rel=1e-7, abs=1e-9, nan_ok=True)
+    if own.node is not None:
+        assert P[-contact.nodes + other.node, -contact.nodes + own.node] == 1.0
+
+
+@BOTH
+@SEEDS
+def test_a_safe_slip_of_a_contact_that_is_its_own_image_is_safe_mirrored_and_halved(seed, tangents):
+    """Safe slips are a convex set that the mirrors keep: the mean of a slip and its images is as safe as it."""
     contact, cycle, friction, most, mirrors = scene(seed, tangents)
-    lean, full = (fo.shakedown_limit(contact, cycle, friction, slip_bound=most, simplify=simplify) for simplify in (True, False))
-    assert "mirror symmetry" in lean.record.left_out[0] and not any("mirror" in text for text in full.record.left_out)
-    assert lean.kind is full.kind and lean.load_factor == pytest.approx(full.load_factor, rel=1e-7, nan_ok=True)
-    assert lean.bound == pytest.approx(full.bound, rel=1e-7, nan_ok=True)
-    if lean.kind is fo.LimitKind.FINITE and not lean.open.any():
-        slip, motion, n = lean.slip.T.ravel(), lean._motion, contact.nodes
-        for P in mirrors:
-            assert P[: len(slip), : len(slip)] @ slip == pytest.approx(slip, abs=1e-9)
-            assert P[-n:, -n:] @ lean.friction_rate == pytest.approx(lean.friction_rate, abs=1e-9)
-        assert lean.mechanism["share"].sum() == pytest.approx(1.0)
-        stress = contact.S[:-n] @ motion.moves.sum(axis=0).ravel() - (0.0 if motion.hold is None else motion.hold.ravel())
-        assert np.abs(stress).max() < 1e-8 * motion.size.max() * np.abs(contact.S).max()
-        resistance, drive = motion.work(pose(contact, cycle, friction, slip_bound=most))
-        assert resistance / drive == pytest.approx(lean.load_factor, rel=1e-7) and (motion.opening >= 0).all()
+    limit, task = fo.shakedown_limit(contact, cycle, friction, slip_bound=most), pose(contact, cycle, friction, slip_bound=most)
+    if limit.kind is not fo.LimitKind.FINITE or limit.open.any():
+        return
+    size = contact.nodes * tangents
+    even = reduce(lambda slip, P: (slip + P[:size, :size] @ slip) / 2, mirrors, limit.slip.T.ravel())
+    assert task.violation(limit.load_factor, even.reshape(tangents, -1).T.reshape(limit.slip.shape)) <= 1e-9
 
 
 def test_a_bound_holds_a_node_on_a_mirror_plane_once():
@@ -102,130 +147,19 @@ def test_a_bound_holds_a_node_on_a_mirror_plane_once():
     contact = fo.ContactSystem(np.eye(9), [[0.0, -1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 1.0, 0.0]], bonded)
     cycle = fo.LoadCycle({"mean": 1.0}, [{"shear": -0.2}, {"shear": 1.0}])
     limit = fo.shakedown_limit(contact, cycle, 0.5, slip_bound=0.1)
-    assert "mirror symmetry" in limit.record.left_out[0] and limit.load_factor == pytest.approx(0.3)
+    assert limit.load_factor == pytest.approx(0.3)
     resistance, drive = limit._motion.work(pose(contact, cycle, 0.5, slip_bound=0.1))
     assert resistance / drive == pytest.approx(0.3)
 
 
-@pytest.mark.parametrize("tangents", [1, 2])
-@SEEDS
-def test_the_margin_of_the_part_is_that_of_the_whole(seed, tangents):
-    contact, cycle, friction, most, _ = scene(seed, tangents)
-    for factor in (0.0, 0.3, 1.5):
-        lean, full = (fo.safe_slip(contact, cycle, friction, factor, slip_bound=most, simplify=simplify) for simplify in (True, False))
-        assert "mirror symmetry" in lean.record.left_out[0] or lean.open.any()
-        assert lean.exists is full.exists and lean.margin == pytest.approx(full.margin, rel=1e-7, abs=1e-8)
-        assert lean.bound == pytest.approx(full.bound, rel=1e-7, abs=1e-8) and (lean.certificate is None) is lean.exists
-
-
-@pytest.mark.parametrize("tangents", [1, 2])
-def test_of_a_contact_that_lifts_off_the_closed_nodes_of_a_part_are_asked(tangents):
-    """Some two nodes of five are far apart, and open under the mean load."""
-    both = 0
-    for seed in range(12):
-        contact, cycle, friction, most, mirrors = scene(seed, tangents)
-        n, gap = contact.nodes, np.r_[np.zeros(contact.nodes * tangents), np.random.default_rng(seed).uniform(size=contact.nodes)]
-        for P in mirrors:
-            gap = (gap + P @ gap) / 2
-        contact = changed(contact, gap=np.where(gap[-n:] > np.quantile(gap[-n:], 0.6), 2 * gap[-n:], 0.0))
-        lean, full = (fo.shakedown_limit(contact, cycle, friction, slip_bound=most, simplify=simplify) for simplify in (True, False))
-        assert lean.kind is full.kind and (lean.open == full.open).all()
-        assert lean.load_factor == pytest.approx(full.load_factor, rel=1e-7, nan_ok=True)
-        if lean.kind is fo.LimitKind.FINITE and lean.open.any():
-            assert lean.record.left_out[0].startswith("mirror symmetry: the slip is its own image, and nodes that are open under the mean load, ")
-            resistance, drive = lean._motion.work(pose(contact, cycle, friction, slip_bound=most))
-            assert resistance / drive == pytest.approx(lean.load_factor, rel=1e-7)
-            asked = contact, cycle, friction, 0.5 * lean.load_factor
-            lean, full = (fo.safe_slip(*asked, slip_bound=most, simplify=simplify) for simplify in (True, False))
-            assert lean.margin == pytest.approx(full.margin, rel=1e-7, abs=1e-8)
-            both += 1
-    assert both >= 4
-
-
-def test_nodes_that_are_open_without_their_images_leave_no_part():
-    contact, cycle, friction, _, _ = scene(3, planes=(0,))
-    task, first = pose(contact, cycle, friction), np.arange(contact.nodes) == 0
-    alone, pair = rest_of(task, first), rest_of(task, first | (images_of(task)[1][:, : contact.nodes].min(axis=0) == 0))
-    assert half_of(alone) is alone and len(half_of(pair).friction) < len(pair.friction)
-
-
-@pytest.mark.parametrize("tangents", [1, 2])
-@pytest.mark.parametrize("seed", range(6))
-def test_critical_nodes_of_the_part_are_those_of_the_whole(seed, tangents):
-    contact, cycle, friction, most, _ = scene(seed, tangents)
-    lean, full = (fo.guaranteed_limit(contact, cycle, friction, slip_bound=most, simplify=simplify) for simplify in (True, False))
-    assert lean.kind is full.kind and lean.load_factor == pytest.approx(full.load_factor, rel=1e-7, nan_ok=True)
-
-
-@pytest.mark.parametrize("turned", [False, True])
-def test_both_planes_of_a_contact_are_found_however_it_lies(turned):
-    contact, cycle, friction, _, _ = scene(3)
-    if turned:
-        Q = ortho_group.rvs(3, random_state=1)
-        Q *= np.linalg.det(Q)
-        contact = changed(contact, points=contact.points @ Q.T + [5.0, -3.0, 1.0], frames=contact.frames @ Q.T)
-    task = pose(contact, cycle, friction)
-    assert len(images_of(task)[0]) == 4 and half_of(replace(task, simplify=False)).whole is None
-    assert len(half_of(task).friction) < len(friction) / 2
-
-
-def test_what_breaks_a_symmetry_a_little_leaves_the_other():
-    """Each change is in one node off the second plane's mirror image: none is left, or the second plane."""
-    contact, cycle, friction, _, _ = scene(3, planes=(0, 1))
-    n, rng, task = contact.nodes, np.random.default_rng(0), pose(contact, cycle, friction, slip_bound=1.0)
-    left = contact.points[:, 0] < 0  # symmetric in the second plane alone
-    m = contact.S.shape[0]
-    assert len(images_of(task)[0]) == 4
-
-    def planes(**change):
-        found = images_of(pose(change.pop("contact", contact), change.pop("cycle", cycle), change.pop("friction", friction), **change))
-        moved = contact.points[np.arange(n) if found is None else found[1][:, :n]] - contact.points
-        return np.flatnonzero(np.abs(moved).max(axis=tuple(range(moved.ndim - 1))) > 1e-3).tolist()
-
-    second = [1]
-    assert planes(friction=friction + 1e-12 * left) == second
-    assert planes(slip_bound=1.0 + 1e-12 * left) == second
-    assert planes(contact=changed(contact, gap=contact.gap + 1e-9 * left)) == second
-    assert planes(contact=changed(contact, points=contact.points + 1e-6 * np.outer(left, [1.0, 0.0, 0.0]))) == second
-    stiffer = contact.S + 1e-11 * np.diag(np.tile(left, 3).astype(float)) * np.abs(contact.S).max()
-    assert planes(contact=changed(contact, S=stiffer)) == second
-    for case in ("mean", "one", "swing"):
-        loads = {name: joined(*pair) for name, pair in contact.bonded.items()}
-        for more in (np.r_[np.zeros(m - n), left], np.r_[left, np.zeros(m - n)]):
-            assert planes(contact=changed(contact, bonded={**loads, case: loads[case] + 1e-10 * more})) == second
-    assert planes(cycle=fo.LoadCycle({"mean": 1.0}, cycle.corners[:1])) == second
-    assert planes(cycle=fo.LoadCycle({"mean": 1.0, "swing": 1e-10}, cycle.corners)) == second
-    assert planes(cycle=fo.LoadCycle({"mean": 1.0}, cycle.corners, fixed=[{"swing": 1e-10}, {}, {}])) == second
-    assert len(planes(cycle=fo.LoadCycle({"mean": 1.0}, cycle.corners, fixed=[{"swing": 0.1}, {"swing": -0.1}, {}]))) == 2
-    assert planes(friction=friction + 1e-12 * rng.uniform(size=n)) == []
-    frames = contact.frames.copy()
-    frames[0, :2] = frames[0, [1, 0]] * [[1.0], [-1.0]]
-    assert planes(contact=changed(contact, frames=frames)) == []
-    one = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"mean": ([0.0], [1.0])})
-    assert images_of(pose(one, fo.LoadCycle({"mean": 1.0}, [{"mean": 0.1}]), 0.4)) is None
-
-
 def test_frictions_of_different_symmetry_in_one_model():
-    """Nodes of equal number are in the program, but not the same ones: the model keeps their programs apart."""
+    """Each row of a sweep is the limit of that friction alone."""
     contact, cycle = fo.scenes.SquarePunch(elements=2, growth=2.0).condense(), fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
     x, y = (np.sign(contact.points[:, axis]) for axis in (0, 1))
     frictions = [np.full(9, 0.4), 0.4 + 0.1 * x, 0.4 + 0.1 * y, 0.4 + 0.1 * x + 0.05 * y]
-    lean, full = (fo.ShakedownModel(contact, cycle, simplify=simplify).sweep(frictions) for simplify in (True, False))
-    assert lean.load_factor.to_numpy() == pytest.approx(full.load_factor.to_numpy(), rel=1e-7)
-
-
-@pytest.mark.parametrize("corners", [[{"sigma": -1.0}, {"sigma": 1.0}], [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}]])
-@pytest.mark.parametrize("elements", [3, 4])
-@pytest.mark.parametrize("planes", [1, 2])
-def test_a_square_punch_is_asked_as_its_quarter_or_half(corners, elements, planes):
-    """The half may slide along its mirror plane as a whole."""
-    contact, cycle = fo.scenes.SquarePunch(elements=elements).condense(), fo.LoadCycle({"P": 1.0}, corners)
-    friction = np.where(contact.points[:, 0] < 0, 0.5, (0.3, 0.5)[planes - 1])
-    lean, full = (fo.shakedown_limit(contact, cycle, friction, simplify=simplify) for simplify in (True, False))
-    across = (elements + 2) // 2
-    asked = across**2 if planes == 2 else across * (elements + 1)
-    assert lean.record.left_out[0].endswith(f"{asked} of {(elements + 1) ** 2} nodes are in the program")
-    assert lean.load_factor == pytest.approx(full.load_factor, rel=1e-8)
+    swept = fo.ShakedownModel(contact, cycle).sweep(frictions)
+    alone = [fo.shakedown_limit(contact, cycle, friction, simplify=False).load_factor for friction in frictions]
+    assert swept.load_factor.to_numpy() == pytest.approx(alone, rel=1e-7)
 
 
 def test_a_middle_node_alone_limits_the_load():

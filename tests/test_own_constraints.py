@@ -88,8 +88,9 @@ def test_constraints_that_nothing_obeys_are_named(tangents):
     limit = model.solve(0.4, [harmless, impossible])
     assert limit.kind is fo.LimitKind.NO_SAFE_SLIP and np.isnan(limit.load_factor) and np.isnan(limit.slip).all()
     assert "obeys service load:" in limit.reason and limit.constraints == ("constraints[0]", "service load")
-    printed = explained(model.solve(0.4, [harmless, model.load_factor >= 0.98 * above]))
-    assert all(text in printed for text in ("constraints[0]", "constraints[1]", "the dual bound covers them", "in units of"))
+    limit = model.solve(0.4, [harmless, model.load_factor >= 0.98 * above])
+    printed = explained(limit)
+    assert all(text in printed for text in ("slip <= 10.0", "the dual bound covers them", f"answer      {limit.load_factor:.12g}"))
     low, high = (cp.sum(safe.slip[0]) <= 0.1).set_label("low"), (cp.sum(safe.slip[0]) >= 0.2).set_label("high")
     with pytest.raises(fo.ModelError, match=r"low, high: no residual slip, safe or not, obeys this at load factor 0\.3"):
         safe.solve(0.4, 0.3, [low, safe.slip <= 7.0, high])
@@ -99,33 +100,33 @@ def test_constraints_that_nothing_obeys_are_named(tangents):
 def test_all_forms_of_a_constraint_say_the_same():
     model, own = fo.ShakedownModel(random_system(np.random.default_rng(1), 3), CYCLE), cp.Variable(3)
     bounds = [model.slip <= 0.05], [cp.NonNeg(0.05 - model.slip)], [0.05 >= model.slip], [cp.max(model.slip) <= 0.05]
-    sums = [cp.norm1(model.slip) <= 0.06], [own >= model.slip, own >= -model.slip, cp.sum(own) <= 0.06]  # with variables of one's own
+    plus, minus = (cp.Variable(3, nonneg=True, name=name) for name in ("plus", "minus"))
+    own_sums = [own >= model.slip, own >= -model.slip, cp.sum(own) <= 0.06], [model.slip == plus - minus, cp.sum(plus + minus) <= 0.06]
+    sums = [cp.norm1(model.slip) <= 0.06], *own_sums  # with variables of one's own
     for forms in (bounds, sums):
         limits = [model.solve(0.4, form).load_factor for form in forms]
         assert limits == pytest.approx([limits[0]] * len(limits), rel=1e-9) and limits[0] < 0.99 * model.solve(0.4).load_factor
 
 
-def test_a_constraint_on_one_side_of_a_mirror_symmetric_contact_is_not_lost(monkeypatch):
+def test_a_constraint_on_one_side_of_a_mirror_symmetric_contact_is_not_lost():
     contact, cycle = mirrored(np.random.default_rng(3), 4), fo.LoadCycle({"mean": 1.0}, [{"one": 1.0}, {"one": -1.0}])
     model = fo.ShakedownModel(contact, cycle)
-    assert any("mirror" in text for text in model.solve(0.5).record.left_out)
     most = 0.5 * model.solve(0.5).slip[0]
     row = np.eye(4)[0] * np.sign(most)
     limit = model.solve(0.5, [row @ model.slip <= abs(most)])
     agrees(limit, linprog_limit(contact, cycle, 0.5, upper=[(row, 0.0, abs(most))])[1])
-    assert not any("mirror" in text for text in limit.record.left_out)
 
 
-def test_an_uncoupled_contact_has_no_closed_form_under_constraints():
+def test_an_uncoupled_contact_under_constraints():
     contact = random_system(np.random.default_rng(0), 3, coupling=0.0)
     model = fo.ShakedownModel(contact, CYCLE)
     closed = model.solve(0.4)
     limit = model.solve(0.4, [model.slip <= -0.15])
-    assert closed.record.solver == "closed form" and limit.record.solver != "closed form" and limit.load_factor < closed.load_factor
+    assert limit.load_factor < closed.load_factor == pytest.approx(linprog_limit(contact, CYCLE, 0.4)[1], rel=1e-8)
     agrees(limit, linprog_limit(contact, CYCLE, 0.4, upper=[(row, 0.0, -0.15) for row in np.eye(3)])[1])
 
 
-def test_units_do_not_matter_and_the_objective_has_the_unit_that_is_printed():
+def test_units_do_not_matter_and_the_value_of_the_problem_is_the_load_factor():
     contact, base = random_system(np.random.default_rng(5), 4), None
     for stiff, load in ((1.0, 1.0), (1e12, 1.0), (1.0, 1e9), (1e-9, 1e-3)):
         loads = {name: (load * q, load * p) for name, (q, p) in contact.bonded.items()}
@@ -134,9 +135,7 @@ def test_units_do_not_matter_and_the_objective_has_the_unit_that_is_printed():
         limit = model.solve(0.4, [cp.abs(model.slip) <= 0.05 * load / stiff])
         base = base or limit.load_factor
         assert limit.load_factor == pytest.approx(base, rel=1e-8) and np.abs(limit.slip).max() <= 0.05 * load / stiff * (1 + 1e-8)
-        printed = explained(limit)
-        unit = float(printed.split("in units of ")[1].split()[0])
-        assert limit.problem.value * unit == pytest.approx(limit.load_factor, rel=1e-10)
+        assert limit.problem.value == pytest.approx(limit.load_factor, rel=1e-10)
     assert base < fo.shakedown_limit(contact, CYCLE, 0.4).load_factor * 0.999
 
 
@@ -157,7 +156,8 @@ def test_a_sweep_under_constraints_is_one_compiled_problem_and_rates_are_slopes(
         (lambda model: model.slip, r"constraints\[0\]"),
         (lambda model: cp.norm1(model.slip) >= 1, r"constraints\[0\]: not convex"),
         (lambda model: cp.exp(model.load_factor) <= 2, r"constraints\[0\].*ExpCone cone"),
-        (lambda model: model.slip <= cp.Variable(3, nonneg=True, name="own"), r"constraints\[0\]: variable own"),
+        (lambda model: model.slip <= cp.Variable(3, boolean=True, name="own"), r"constraints\[0\]: variable own is an integer"),
+        (lambda model: model.slip <= cp.Variable(3, integer=True, name="own"), r"constraints\[0\]: variable own is an integer"),
         (lambda model: model.slip <= cp.Parameter(name="most"), r"constraints\[0\]: parameter most"),
         (lambda model: fo.ShakedownModel(*TWO).slip <= 1, r"constraints\[0\].*another model"),
         (lambda model: 3.0, "objective: 3.0"),
@@ -212,7 +212,7 @@ def test_constraints_raise_the_guaranteed_limit_and_the_problem_is_that_of_its_n
         if limit.node is not None:
             assert "slips obey constraints[0]" in limit.reason
             printed = explained(limit)
-            assert "critical                 2, affine, 2 of 2 rows bind" in printed and limit.load_rates.rate.isna().all()
+            assert printed.count("    critical  ") == 2 and limit.load_rates.rate.isna().all()
             with pytest.raises(fo.ModelError, match=r"after_overload: the limit is under constraints\[0\]"):
                 limit.after_overload()
     assert raised > 2
@@ -248,9 +248,11 @@ def test_constraints_on_a_contact_with_a_node_without_friction_say_that_nothing_
     pair = fo.ContactSystem(np.eye(6), [[0, 0, 0], [1, 0, 0]], loads)
     model = fo.ShakedownModel(pair, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"Y": 1.0}]))
     small = cp.norm(model.slip, 2, axis=1) <= 0.1
-    with pytest.raises(fo.ModelError, match=r"constraints, objective: whatever they ask, .* node 1 has no friction"):
-        model.solve([0.5, 0.0], [small])
-    assert model.solve([0.5, 0.0]).load_factor == 0.0
+    for own in ([], [small]):
+        none = model.solve([0.5, 0.0], own)
+        assert none.load_factor == 0.0 and abs(none.bound) < 1e-12 and "node 1 has no friction, and the cyclic load shears it" in none.reason
+    never = model.solve([0.5, 0.0], [(model.load_factor >= 0.1).set_label("service load")])
+    assert never.kind is fo.LimitKind.NO_SAFE_SLIP and "obeys service load" in never.reason
     limit = model.solve([0.5, 0.3], [small])
     assert limit.kind.name == "FINITE" and np.linalg.norm(limit.slip, axis=1).max() <= 0.1 + 1e-9
     printed = explained(limit)
@@ -267,7 +269,7 @@ def test_constraints_on_a_contact_that_nothing_presses_say_that_nothing_is_safe(
     for asked in (model, one_solver):
         for own, objective in (([asked.slip <= 1e-3], None), ([], asked.load_factor - cp.norm1(asked.slip[0]))):
             if asked is one_solver:
-                with pytest.raises(fo.ModelError, match=r"constraints, objective: whatever they ask, .* nothing presses the bodies together"):
+                with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
                     asked.solve(0.4, own, objective)
             else:
                 limit = asked.solve(0.4, own, objective)

@@ -96,7 +96,7 @@ def test_random_contacts_rest_at_the_limit_and_above_a_proven_one_nothing_does(s
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("large", [1, 400])
 def test_sets_of_open_nodes_are_given_up_only_where_their_limit_is_not_above_a_load_factor(seed, large, monkeypatch):
-    monkeypatch.setattr(policy, "_LARGE", large)
+    monkeypatch.setattr("frictopt.solve.chain._LARGE", large)
     rng = np.random.default_rng(seed)
     contact, opened = spatial.random_contact(rng, 6), np.arange(6) < seed % 3
     cases = {name: r + (name == "mean") * np.r_[np.zeros(12), -5.0 * opened] for name, r in spatial.vectors(contact).items()}

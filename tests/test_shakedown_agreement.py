@@ -3,11 +3,10 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.solve import solvers as policy
-from liars import lying, sloppy
+from liars import is_excess, lying, misread, sloppy, unpolished
 from spatial import cycle as space_cycle
 from spatial import random_contact
-from systems import CYCLE, at_corners, explained, linprog_limit, random_system, stress_of
+from systems import at_corners, explained, linprog_limit, random_system, stress_of
 
 
 def test_refinement_restores_an_answer_that_a_solver_leaves_inaccurate(punch, paper_cycle, monkeypatch):
@@ -17,17 +16,21 @@ def test_refinement_restores_an_answer_that_a_solver_leaves_inaccurate(punch, pa
     assert limit.record.attempts[0].residual > 1e-7 and limit.residual < 1e-10
 
 
-@pytest.mark.parametrize("corners", [3, 64])
-def test_corners_that_rule_no_node_are_counted_and_change_nothing(punch, corners):
-    """Against a plain program with the rows of all corners."""
-    angles = 2 * np.pi * np.arange(corners) / corners
-    cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": float(np.cos(a)), "Q": 0.3 * float(np.sin(a))} for a in angles])
-    limit = fo.shakedown_limit(punch(16), cycle, 0.7, simplify=False)
+@pytest.mark.parametrize("simplify", [True, False])
+@pytest.mark.parametrize("corners", [3, 24])
+def test_corners_that_rule_no_node_are_counted_and_change_nothing(punch, corners, simplify):
+    """Corners on an ellipse and one within it, against a plain program with the rows of all corners."""
+    angles = np.r_[2 * np.pi * np.arange(corners) / corners, 0.3]
+    sizes = np.r_[np.ones(corners), 0.4]
+    loads = [{"sigma": size * float(np.cos(a)), "Q": 0.3 * size * float(np.sin(a))} for a, size in zip(angles, sizes, strict=True)]
+    cycle = fo.LoadCycle({"P": 1.0}, loads)
+    limit = fo.shakedown_limit(punch(16), cycle, 0.7, simplify=simplify)
     assert limit.load_factor == pytest.approx(linprog_limit(punch(16), cycle, 0.7)[1], rel=1e-7)
-    assert limit.problem.constraints[0].size == 17
-    (q1, p1), f = cycle.corner_reactions(punch(16)), 0.7
-    idle = corners - len(set(np.r_[(-q1 - f * p1).argmax(axis=0), (q1 - f * p1).argmax(axis=0)]))
-    assert limit.record.left_out == ((f"corners: {idle} of {corners} rule no node",) if idle else ())
+    stuck = [row for row in limit.problem.constraints if str(row.label).startswith("stuck")]
+    assert len(stuck) == corners + (not simplify) and {row.size for row in stuck} == {17}
+    assert (f"corners: 1 of {corners + 1} are within the hull of the others" in limit.record.left_out) == simplify
+    q, p = at_corners(punch(16), cycle, limit.load_factor, limit.slip)
+    assert (0.7 * p - np.abs(q)).min() == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.slow
@@ -36,8 +39,8 @@ def test_many_corners_take_memory_for_their_loads_alone():
     rng = np.random.default_rng(0)
     contact = random_system(rng, 3, loads=("mean", "a", "b"))
     cycle = fo.LoadCycle({"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in rng.normal(size=(100_000, 2))])
-    limit = fo.shakedown_limit(contact, cycle, 0.4, simplify=False)
-    assert sum(constraint.size for constraint in limit.problem.constraints) == 7
+    limit = fo.shakedown_limit(contact, cycle, 0.4)
+    assert sum(str(row.label).startswith("stuck") for row in limit.problem.constraints) < 100
     q, p = at_corners(contact, cycle, limit.load_factor, limit.slip)
     assert (0.4 * p - np.abs(q)).min() == pytest.approx(0.0, abs=1e-9)
 
@@ -69,7 +72,7 @@ def test_explain_does_not_mix_two_solves(punch, paper_cycle):
 
 
 def test_a_failing_solver_is_recorded_and_the_next_one_answers(punch, paper_cycle, monkeypatch):
-    lying(monkeypatch, lambda _, name: "stopped" if name == "HIGHS" else None)
+    lying(monkeypatch, lambda _, name, x, y: "stopped" if name == "HIGHS" else None)
     limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
     assert limit.record.solver == "CLARABEL" and [a.outcome for a in limit.record.attempts] == ["stopped", "optimal"]
     with pytest.raises(fo.SolverError, match=r"no answer within the tolerance 1e-09 \(HIGHS: stopped"):
@@ -77,37 +80,62 @@ def test_a_failing_solver_is_recorded_and_the_next_one_answers(punch, paper_cycl
 
 
 def test_a_wrong_answer_is_not_believed(punch, paper_cycle, monkeypatch):
-    def slightly_wrong(problem, name):
-        if name == "HIGHS":
-            problem.var_dict["load_factor"].value = problem.var_dict["load_factor"].value * (1 + 1e-7)
-
-    lying(monkeypatch, slightly_wrong)
-    monkeypatch.setattr(policy, "polish", lambda problem: None)
-    limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
+    lying(monkeypatch, lambda _, name, x, y: ((1 + 1e-7) * x, y) if name == "HIGHS" else None)
+    with monkeypatch.context() as patch:
+        unpolished(patch)
+        limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
     assert limit.record.solver == "CLARABEL" and limit.record.attempts[0].residual > 1e-8
 
 
+@pytest.mark.parametrize("wrong", ["load_factor", "slip", "proof"])
+def test_an_answer_that_is_wrong_in_one_respect_is_not_believed(wrong, punch, paper_cycle, monkeypatch):
+    """Whatever the program and its polish say: the slip is judged by the stiffness, and the limit by its multipliers."""
+    right = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
+    told = []
+
+    def lie(compiled, z, multipliers):
+        at = {variable.name(): compiled.place(variable) for variable in compiled.problem.variables()}
+        told.append(z[at["load_factor"]].item())
+        if wrong == "proof":
+            multipliers *= 1 + 1e-7
+        else:
+            z[at[wrong]] *= 1 + 1e-6
+
+    misread(monkeypatch, lie)
+    with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
+        fo.shakedown_limit(punch(16), paper_cycle, 0.7)
+    assert told[0] == pytest.approx(right.load_factor)
+
+
 def test_a_false_claim_of_no_optimum_is_not_believed(punch, paper_cycle, monkeypatch):
-    lying(monkeypatch, lambda problem, _: "infeasible" if "margin" not in problem.var_dict else None)
+    lying(monkeypatch, lambda program, *_: None if is_excess(program) else "infeasible")
     with pytest.raises(fo.SolverError, match="HIGHS: infeasible, residual inf; CLARABEL"):
         fo.shakedown_limit(punch(16), paper_cycle, 0.7)
 
 
 def test_the_problem_is_named_dpp_and_solved(punch, paper_cycle):
-    problem = fo.shakedown_limit(punch(16), paper_cycle, 0.7).problem
-    assert problem.status == cp.OPTIMAL and problem.is_dpp()
-    assert set(problem.var_dict) == {"load_factor", "traction"}
-    assert set(problem.param_dict) == {"friction", "forward_mean", "backward_mean", "forward", "backward"}
-    assert [constraint.label for constraint in problem.constraints] == ["no_forward_slip", "no_backward_slip", "load_factor_not_negative"]
+    limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
+    problem = limit.problem
+    assert problem.status == cp.OPTIMAL and problem.is_dpp() and problem.value == pytest.approx(limit.load_factor, rel=1e-12)
+    assert set(problem.var_dict) == {"load_factor", "slip", "q_r", "p_r", "q[0]", "q[1]", "p[0]", "p[1]"} and set(problem.param_dict) == {"f"}
+    labels = [row.label or str(row.args[0]) for row in problem.constraints]
+    assert labels == ["q_r", "p_r", "q[0]", "p[0]", "q[1]", "p[1]", "stuck[0]", "stuck[1]", "load_factor"]
 
 
-def test_explain_prints_names_sizes_units_and_binding_rows(punch, paper_cycle):
+def test_explain_prints_the_problem_by_its_names_with_sizes_and_binding_rows(punch, paper_cycle):
     printed = explained(fo.shakedown_limit(punch(16), paper_cycle, 0.7))
-    said = ("load_factor", "traction", "no_backward_slip", "(DPP) yes", "unit", "rows bind", "mirror symmetry", "friction", "mechanism")
-    assert all(part in printed for part in (*said, "\nparameters\n"))
-    assert "closed form" in explained(fo.shakedown_limit(random_system(np.random.default_rng(0), 3, coupling=0.0), CYCLE, 0.4))
-    of_one_solve = fo.shakedown_limit(random_contact(np.random.default_rng(0), 3), space_cycle(), 0.4)
-    assert "\nparameters\n" not in explained(of_one_solve)
+    said = (
+        "maximize load_factor",
+        "q_r == A @ slip",
+        "stuck[1]: abs(q[1]) <= ",
+        "(DPP) yes",
+        "rows bind",
+        "mechanism",
+        "\nparameters\n",
+        "17, convex",
+    )
+    assert all(part in printed for part in said), printed
+    assert "norm(q[0]) <= " in explained(fo.shakedown_limit(random_contact(np.random.default_rng(0), 3), space_cycle(), 0.4))
 
 
 def test_a_sweep_is_one_compiled_problem(punch, paper_cycle):

@@ -1,5 +1,6 @@
 """Results: what kinds there are, how they travel (pickled and copied with read-only arrays) and are displayed, and how they were found."""
 
+import copy
 import html
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
@@ -15,7 +16,7 @@ from .checks import Array
 class Portable:
     """Base of dataclasses whose arrays are read-only, and which can be pickled, copied and sent to other processes; a copy is read-only as well.
 
-    A solved cvxpy `problem` can do none of this: copies leave it behind.
+    A solved cvxpy `problem` goes along, with its values: each copy has one of its own.
     """
 
     def __post_init__(self) -> None:
@@ -24,12 +25,35 @@ class Portable:
                 value.flags.writeable = False
 
     def __getstate__(self) -> dict[str, object]:
-        names = [one.name for one in fields(self)]  # type: ignore[arg-type]
-        return {name: None if name == "problem" else getattr(self, name) for name in names}
+        state = {one.name: getattr(self, one.name) for one in fields(self)}  # type: ignore[arg-type]
+        return state | ({"problem": _without_solver(state["problem"])} if state.get("problem") is not None else {})
 
     def __setstate__(self, state: dict[str, object]) -> None:
-        self.__dict__.update(state)
+        self.__dict__.update(state | ({"problem": _renumbered(state["problem"])} if state.get("problem") is not None else {}))
         _seal(list(state.values()))
+
+
+def _without_solver(problem: Any) -> Any:
+    """A cvxpy problem without what solvers leave in it, which cannot be pickled."""
+    bare = type(problem)(problem.objective, problem.constraints)
+    if problem.status in ("optimal", "optimal_inaccurate"):
+        told = import_module("cvxpy.reductions.solution").Solution
+        bare.unpack(told(problem.status, problem.value, {part.id: part.value for part in bare.variables()}, {}, {}))
+    return bare
+
+
+def _renumbered(problem: Any) -> Any:
+    """A cvxpy problem with numbers of its own for its unknowns: those of another process may stand for others here.
+
+    What cvxpy has compiled of its rows has the old numbers, and is left out.
+    """
+    parts = [problem.objective, *problem.constraints]
+    while parts:
+        part = parts.pop()
+        for name in [name for name in vars(part) if name.startswith("_lazy")]:
+            delattr(part, name)
+        parts += part.args
+    return copy.deepcopy(problem)
 
 
 def _seal(value: object) -> None:

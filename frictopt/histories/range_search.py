@@ -8,7 +8,7 @@ import numpy as np
 
 from ..contact import LEVEL, PERIODIC, RESIDUAL, Array, Outcome
 from ..errors import NoContinuation, SolverError
-from ..limits.question import LimitQuestion
+from ..limits.question import Question
 from ..transients import SteadyState, steady_state
 from ..transients.begin import Transient
 from ..transients.cycles import Run, Settled
@@ -82,7 +82,7 @@ class Search:
     """
 
     def __init__(
-        self, task: LimitQuestion, load_factor: float, steps: int | None = None, tell: Callable[[], object] = lambda: None, rough: bool = False
+        self, task: Question, load_factor: float, steps: int | None = None, tell: Callable[[], object] = lambda: None, rough: bool = False
     ) -> None:
         self._task, self._load_factor, self._steps, self._rough = task, load_factor, steps, rough
         self._asked = task.system, task.cycle, task.friction, load_factor

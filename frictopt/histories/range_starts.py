@@ -9,8 +9,9 @@ import numpy as np
 from ..contact import RESIDUAL, ROUNDING, Array, LoadCycle, lengths, reactions
 from ..errors import ModelError, SolverError
 from ..limits import guaranteed_limit, shakedown_limit
-from ..limits.parts import rest_under_mean
-from ..limits.question import LimitQuestion, pose
+from ..limits.open_nodes import rest_under_mean
+from ..limits.programs import free_slips
+from ..limits.question import Question, pose
 from ..limits.safe_vertices import AdmissibleSlips
 
 _PARALLEL = ROUNDING  # directions of unit length that differ by less are one
@@ -27,9 +28,8 @@ class RangeStarts:
         The contact, its load cycle, friction and slip bound; the load factor.
     """
 
-    def __init__(self, task: LimitQuestion, load_factor: float) -> None:
+    def __init__(self, task: Question, load_factor: float) -> None:
         self._task, self._load_factor = task, load_factor
-        self._slips = AdmissibleSlips(task)
 
     def simple(self) -> dict[str, Array]:
         """No slip, and the slip that is safe at the shakedown limit, if a solver proves one."""
@@ -55,17 +55,18 @@ class RangeStarts:
     def _furthest(self, loads: Mapping[str, float], place: str) -> dict[str, Array]:
         system, friction, most = self._task.system, self._task.friction, self._task.most
 
-        def extremes(of: AdmissibleSlips, task: LimitQuestion) -> list[Array | None]:
-            ways = (task.own(way).T.ravel() @ of.unknowns.to_slip for way in self._directions.values())
-            return of.furthest(task, 0.0, ways)
+        def extremes(task: Question) -> list[Array | None]:
+            give, unit = free_slips(task)[1], np.tile(task.node_unit, system.tangents)  # a traction counts by the slip that it makes
+            ways = (unit * (give @ (way.T * ~task.open).ravel()) for way in self._directions.values())
+            return AdmissibleSlips(task).furthest(0.0, ways)
 
         slips = list[Array | None]()  # some starts less where none is found; the range is that of the starts followed
         with suppress(ModelError, SolverError):
             task = pose(system, LoadCycle(loads, [{}]), friction, slip_bound=most)
             with suppress(SolverError):  # solvers tell no slip at all from an answer that is none only where both are plain
-                slips = extremes(self._slips, task)
+                slips = extremes(task)
             if all(slip is None for slip in slips) and (rest := rest_under_mean(task)):
-                slips = extremes(AdmissibleSlips(rest), rest)
+                slips = extremes(rest)
         found = dict[str, Array]()
         for name, slip in zip(self._directions, slips, strict=False):
             if slip is not None and all(np.abs(slip - other).max() > RESIDUAL * np.abs(slip).max() for other in found.values()):

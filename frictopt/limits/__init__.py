@@ -1,4 +1,4 @@
-"""Limits of a load cycle as linear programs: shakedown, safe residual slip, guaranteed limit, limit with open nodes."""
+"""Limits of a load cycle as linear and cone programs: shakedown, safe residual slip, guaranteed limit, limit with open nodes."""
 
 from ..contact import LimitKind
 from .design import DesignModel

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from time import perf_counter
+from typing import Any, TypeAlias, TypeVar
 
 import cvxpy as cp
 import numpy as np
@@ -12,10 +13,11 @@ import pandas as pd
 from ..contact import ContactState, ContactSystem, LoadCycle, Plotted, Recorded, SolveRecord, components, frame, joined, lengths, parted, places
 from ..contact.checks import Array, Booleans, frozen
 from ..contact.tolerances import RESIDUAL
-from ..solve.explain import Explained, Units
-from .question import LimitQuestion
+from ..solve.explain import Explained
+from .question import Question
 
 _BARE = 10 * RESIDUAL  # share of the mean friction bound below which a node carries nothing, and its traction ratio is rounding
+_OF_CORNERS = ("q", "p", "gap", "stuck", "pressed", "apart")  # how rows of a corner are called
 _SHARE = RESIDUAL  # parts of a mechanism below this share of it are left out of its table: they have the error of the answer
 
 
@@ -36,8 +38,6 @@ class Mechanism:
         (N,) coefficients of friction.
     hold
         (t, N) stress that the slip bound takes up at each node, along the tangents; None without a bound.
-    press
-        (K, O) forces that keep O open nodes from touching, where the mechanism is of the closed ones alone; None where it is of all.
     open
         (N,) nodes that are open, which follow the others without force; None where none is.
     """
@@ -45,7 +45,6 @@ class Mechanism:
     moves: Array
     friction: Array
     hold: Array | None = None
-    press: Array | None = None
     open: Booleans | None = None
 
     @property
@@ -58,21 +57,18 @@ class Mechanism:
         """(K, N) openings without slip, >= 0 (of nodes with little or no friction, or without pressure)."""
         return np.asarray((self.moves[:, -1] - self.friction * self.size).clip(0.0))
 
-    def work(self, task: LimitQuestion) -> tuple[float, float]:
+    def work(self, task: Question) -> tuple[float, float]:
         """Resistance of the loads at load factor 0 and drive of what a load factor of 1 adds, both as work on the mechanism.
 
         A safe slip at load factor lam needs `lam * drive <= resistance`; slips within their bound add the work that they do on what it holds.
         """
-        press = np.zeros_like(task.w1) if self.press is None else self.press
-        parts = (self.moves, task.r0, task.r1), (press, task.w0, task.w1)
         held = 0.0 if task.most is None or self.hold is None else float(np.linalg.norm(self.hold, axis=0) @ task.most)
-        at_zero = sum(float(np.sum((part if task.fixed else part.sum(axis=0)) * load)) for part, load, _ in parts)
-        return at_zero + held, -sum(float(np.sum(part * load)) for part, _, load in parts)
+        moves, (r0, r1) = self.moves.reshape(len(self.moves), -1), task.bonded
+        return float(np.sum((moves if task.fixed else moves.sum(axis=0)) * r0)) + held, -float(np.sum(moves * r1))
 
     def scaled(self, factor: float) -> "Mechanism":
         """The same mechanism with all motions multiplied by a factor >= 0."""
-        hold, press = (None if part is None else part * factor for part in (self.hold, self.press))
-        return replace(self, moves=self.moves * factor, hold=hold, press=press)
+        return replace(self, moves=self.moves * factor, hold=None if self.hold is None else self.hold * factor)
 
     def table(self, system: ContactSystem, corners: Sequence[str]) -> pd.DataFrame:
         """One row for each motion, largest first; `corners` are the names of the K corners.
@@ -118,6 +114,9 @@ class Mechanism:
         return pd.DataFrame(rows, columns=["load", "part", "amplitude", "rate"])
 
 
+Duals: TypeAlias = tuple[tuple[str, Array], ...]
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Answered(Recorded, Plotted):
     """Base of results that answer a limit question by a residual slip at a load factor."""
@@ -125,7 +124,7 @@ class Answered(Recorded, Plotted):
     load_factor: float
     slip: Array
     record: SolveRecord
-    _task: LimitQuestion
+    _task: Question
 
     @property
     def system(self) -> ContactSystem:
@@ -152,7 +151,7 @@ class Answered(Recorded, Plotted):
     @property
     def open(self) -> Booleans:
         """(N,) which nodes are open at all corners."""
-        return ~self._task.closed
+        return self._task.open
 
     @property
     def largest_slip(self) -> float:
@@ -202,7 +201,48 @@ class Proven(Answered, Explained):
     _motion: Mechanism
     constraints: tuple[str, ...] = field(default=(), kw_only=True)
     problem: cp.Problem | None = field(default=None, kw_only=True)
-    _units: Units = field(default_factory=dict, kw_only=True)
+    _duals: Duals = field(default=(), kw_only=True)
+
+    @property
+    def multipliers(self) -> pd.DataFrame:
+        """Multipliers of the rows of `problem`, in its units: columns row (its label), corner, node, multiplier; those of vectors by component.
+
+        Of rows `q[k] == ...` and `p[k] == ...` they are the slips and lifts of the mechanism, over force for a load factor; of `stuck[k]` the
+        sizes of these slips. Rows without a label are named by their left side. Empty without a program.
+        """
+        return multiplier_table(self._duals)
+
+
+def duals(problem: cp.Problem) -> Duals:
+    """The multipliers that stand in the rows of a problem, by the labels of the rows or their left sides."""
+    rows = [(row, row.dual_value[0] if isinstance(row, cp.SOC) else row.dual_value) for row in problem.constraints]
+    return tuple((row.label or str(row.args[0]), np.atleast_1d(np.array(dual, dtype=float))) for row, dual in rows if dual is not None)
+
+
+def multiplier_table(found: Duals) -> pd.DataFrame:
+    """See `Proven.multipliers`."""
+    tables = [pd.DataFrame(columns=["row", "corner", "node", "component", "multiplier"])] * (not found)
+    for name, dual in found:
+        kind, _, rest = name.partition("[")
+        corner = int(rest.split("]")[0]) if kind in _OF_CORNERS and rest else -1
+        values = dual.reshape(len(dual), -1)
+        node, component = (part.ravel() for part in np.indices(values.shape))
+        tables.append(pd.DataFrame({"row": name, "corner": corner, "node": node, "component": component, "multiplier": values.ravel()}))
+    return pd.concat(tables, ignore_index=True)
+
+
+A = TypeVar("A", bound=Answered)
+
+
+def answered(claim: A, record: SolveRecord, program: Any) -> A:
+    """The claim that has passed, with its program and how it was found."""
+    task, left_out = program.task, list(record.left_out)
+    idle = len(task.r1) - len(program.corners)
+    left_out += [f"corners: {idle} of {len(task.r1)} are within the hull of the others"] * bool(idle)
+    opened = int(task.open.sum())
+    left_out += [f"nodes: {opened} of {len(task.open)} are open under the mean load"] * bool(opened)
+    record = replace(record, left_out=tuple(left_out), seconds=perf_counter() - task.started)
+    return replace(claim, record=record, problem=program.problem, _duals=duals(program.problem))  # type: ignore[call-arg]  # which all that are judged have
 
 
 class Rated(Proven):

@@ -28,9 +28,9 @@ from itertools import product
 
 import numpy as np
 
-from ..contact import CONDENSATION, RESIDUAL, ROUNDING, Array, lengths
-from .question import LimitQuestion
-from .safe_set import SafeSet, ruling
+from ..contact import CONDENSATION, RESIDUAL, ROUNDING, Array, Integers, lengths
+from ..solve.reduced import Change
+from .question import Question
 
 _TIE = ROUNDING  # corners whose rows differ by less than this share rule together
 _SUBSETS = (0,), (0, 1), (0, 2), (0, 3), (0, 1, 2), (0, 1, 3), (0, 2, 3)  # of a new disc and three old ones that touch the smallest one
@@ -62,7 +62,7 @@ class CriticalState:
     rate: Array
 
 
-def needed(task: LimitQuestion) -> tuple[Array, Array]:
+def needed(task: Question) -> tuple[Array, Array]:
     """(N,) or (N, 2) shear c and (N,) friction bound `f rho` that the cyclic loads of each node need, at load factor 1."""
     _, _, q1, p1 = task.parts
     fp1 = task.friction * p1
@@ -72,7 +72,7 @@ def needed(task: LimitQuestion) -> tuple[Array, Array]:
     return (ahead - back) / 2, (ahead + back) / 2
 
 
-def critical_states(task: LimitQuestion) -> list[list[CriticalState]]:
+def critical_states(task: Question) -> list[list[CriticalState]]:
     """The critical states of each node: none where it only lifts off, for one corner alone rules, or dissipates nothing, without friction; else one.
 
     Where a part of the cycle is fixed, one for all pairs of corners that rule at some load factor and have different loads.
@@ -94,7 +94,7 @@ def critical_states(task: LimitQuestion) -> list[list[CriticalState]]:
     return [[state(i)] if cyclic[i] else [] for i in range(len(f))]
 
 
-def _of_pairs(task: LimitQuestion) -> list[list[CriticalState]]:
+def _of_pairs(task: Question) -> list[list[CriticalState]]:
     """The critical states in the plane where the corners differ at load factor 0."""
     f, (q0, p0, q1, p1) = task.friction, task.parts
     fp0, fp1 = f * p0, f * p1
@@ -160,19 +160,18 @@ def _touching(centres: Array, radii: Array) -> list[Array]:
         return [first + u + w * s[:, None] for s in (root / a, -c / root)]
 
 
-def load_factor_bounds(v: SafeSet) -> Array:
+def load_factor_bounds(task: Question, change: Change) -> Array:
     """(n,) lower bounds of the load factor at which each node can be critical; 0 where nothing is known, inf where it never can.
 
     Parameters
     ----------
-    v
-        Unknowns, units and question of the whole contact.
+    task, change
+        The question, and its tractions as unknowns.
     """
-    task = v.task
     if task.fixed:  # which corner rules depends on the load factor
         return np.zeros(len(task.friction))
-    n, unit = len(task.friction), v.unit[:, None]
-    net_slips = _net_slips(v)
+    n, unit = len(task.friction), task.node_unit[:, None]
+    net_slips = _net_slips(task, change)
     total = -np.eye(n)  # columns: the mechanisms, each in units of the force of its nodes; rows: a
     for _ in range(_MOST):
         net = np.linalg.norm(net_slips(total), axis=0)
@@ -203,19 +202,22 @@ def _work(d: Array, q: Array) -> Array:
     return np.asarray(np.einsum("tij,it->ij", d, q.reshape(d.shape[1], -1)))
 
 
-def _net_slips(v: SafeSet) -> Callable[[Array], Array]:
+def _net_slips(task: Question, change: Change) -> Callable[[Array], Array]:
     """The net slips (t, n, n) that balance given total slips (n, n); where the body may slide as a whole, it does so until friction resists little.
 
     That is by weighted means, the weights of which are those of the slips before.
     """
-    task, (rows, m), rows_of_shear = v.task, v.to_shear.shape, v.to_shear.toarray()
-    n, others = len(v.unit), np.setdiff1d(np.arange(rows), v.loaded)
-    right = np.hstack([v.to_pressure.T * task.friction, rows_of_shear[others].T])
+    n, t, m = task.system.nodes, task.system.tangents, change.values
+    rows, (normal, *_) = t * n, change.blocks.values()
+    rows_of_shear, to_pressure = change.product[:, :m].toarray() / np.tile(task.node_unit, t)[:, None], normal[:, :m] / task.node_unit[:, None]
+    loaded = change.loaded
+    others = np.setdiff1d(np.arange(rows), loaded)
+    right = np.hstack([to_pressure.T * task.friction, rows_of_shear[others].T])
     follow, rigid, shape = np.zeros((rows, n)), np.zeros((rows, rows - m)), (rows // n, n, n)
-    solved = -np.linalg.solve(rows_of_shear[v.loaded].T, right)
-    follow[v.loaded], rigid[v.loaded], rigid[others] = solved[:, :n], solved[:, n:], np.eye(rows - m)
+    solved = -np.linalg.solve(rows_of_shear[loaded].T, right)
+    follow[loaded], rigid[loaded], rigid[others] = solved[:, :n], solved[:, n:], np.eye(rows - m)
     pairs = (rigid[:, :, None] * rigid[:, None]).reshape(rows, -1)
-    hold = np.tile(np.maximum(task.friction * task.r0[0, -1] / v.unit, 0.0), rows // n)[:, None]
+    hold = np.tile(np.maximum(task.friction * task.r0[0, -1] / task.node_unit, 0.0), rows // n)[:, None]
 
     def net(total: Array) -> Array:
         slips = follow @ total
@@ -227,3 +229,25 @@ def _net_slips(v: SafeSet) -> Callable[[Array], Array]:
         return np.asarray(slips.reshape(shape))
 
     return net
+
+
+def ruling(constant: Array, rate: Array) -> tuple[Integers, Integers]:
+    """(R,) corners and nodes of the rows that rule `x >= constant_k + lam rate_k` at some load factor >= 0.
+
+    `constant` is (K, N), or (1, N) where the corners of a node differ only in the coefficient of the load factor: then the largest one rules. Else
+    the largest row is a chain of straight lines, from corner to corner of larger rates.
+    """
+    every = np.arange(rate.shape[1])
+    if len(constant) == 1:
+        return rate.argmax(axis=0), every
+    highest = constant == constant.max(axis=0)
+    corner, node = np.where(highest, rate, -np.inf).argmax(axis=0), every
+    rows = [(corner, node)]
+    while node.size:
+        gain, lead = rate[:, node] - rate[corner, node], constant[corner, node] - constant[:, node]
+        meets = np.where(gain > 0, lead / np.where(gain > 0, gain, 1.0), np.inf)
+        corner, further = meets.argmin(axis=0), np.isfinite(meets.min(axis=0))
+        corner, node = corner[further], node[further]
+        rows.append((corner, node))
+    corners, nodes = (np.concatenate(part) for part in zip(*rows, strict=True))
+    return corners, nodes

@@ -1,7 +1,6 @@
 """The best design: preloads and a profile of the faces with the largest shakedown limit, or the cheapest ones for a given load."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import cvxpy as cp
@@ -9,36 +8,17 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import GROWN, RESIDUAL, ContactSystem, LoadCycle, SolveRecord, checked_loads, flag, frozen, listed, shown, warns_of_odd_values
+from ..contact import GROWN, ContactSystem, LoadCycle, SolveRecord, checked_loads, flag, frozen, listed, shown, warns_of_odd_values
 from ..errors import ModelError
-from ..solve.solvers import contradiction, is_unbounded, solve
-from ..solve.standard_form import StandardForm, compiled
-from .design_result import PROFILE, Design, DesignLoads, built_in, design_loads
-from .friction_bounds import safe_set
-from .judge import answered
-from .own_rows import OF_A_MODEL
-from .question import LimitQuestion, pose
-from .safe_model import SafeModel, in_turn
-from .safe_set import SafeSet
+from . import models
+from .answered import answered
+from .design_result import PROFILE, Design, built_in, preload_reactions
+from .models import Row, named, unknowns
+from .programs import Program, listed_rows, own_rows
+from .question import Question, pose
+from .safe_model import SafeModel, checked_objective, in_turn
 
 _NAMED = 4  # unbounded parts of a design that an error names
-
-
-def design_problem(sets: Sequence[SafeSet]) -> cp.Problem:
-    """Largest load factor lam at which a design leaves every scenario s a safe residual slip v_s of its own.
-
-    In full, with amplitudes b of preloads of reactions `q_j, p_j`, and a profile g, material taken off::
-
-        max lam   s.t.   |q_sk| <= f_s p_sk,  p_sk >= 0
-        where   q_sk = q0 + lam q1_k + A v_s + sum_j b_j q_j - B^T g,   p_sk = p0 + lam p1_k + B v_s + sum_j b_j p_j - C g
-
-    For the rows of each scenario see `shakedown_problem`.
-    """
-    lam, rows = sets[0].load_factor, list[cp.Constraint]()
-    for s, v in enumerate(sets):
-        of = f", scenario {s}" if s else ""
-        rows += [row.set_label(row.label + of) for row in v.program(cp.Maximize(lam), v.stuck(lam)).constraints]
-    return cp.Problem(cp.Maximize(lam), [*rows, (lam >= 0).set_label("load_factor_not_negative")])
 
 
 class DesignModel(SafeModel):
@@ -46,7 +26,7 @@ class DesignModel(SafeModel):
 
     Reactions are linear in them, so the best design is the same convex program as the shakedown limit, with the same proof. Residual slips are any
     that the constraints admit; all nodes are kept closed, so where nodes stay open under the mean load the best design may carry less than
-    `shakedown_limit` finds for the contact as it is. Threads that ask one model wait for each other. Theory, eq. (32).
+    `shakedown_limit` finds for the contact as it is. Theory, eq. (32).
 
     Parameters
     ----------
@@ -107,7 +87,6 @@ class DesignModel(SafeModel):
     1.0
     """
 
-    _design: DesignLoads
     preload: Any
     profile: Any
 
@@ -130,27 +109,53 @@ class DesignModel(SafeModel):
             raise ModelError(f"preloads: {shown(names)}; name each load case once")
         if self._shaped and PROFILE in system.bonded:
             raise ModelError(f"profile: the system has a load case {PROFILE!r}, which is the name of an overlap that a design adds; rename it")
-        self._others = [self._scenario(s, names, given) for s, given in enumerate(listed("scenarios", scenarios))]
+        self._preloads = tuple(names)
+        self._others = [self._scenario(s, given) for s, given in enumerate(listed("scenarios", scenarios))]
         if not (names or self._shaped):
             raise ModelError("preloads, profile: none, so nothing is to be chosen; name load cases, or give profile=True")
-        self._design = design_loads(system, names, self._shaped, self._asked.force)
-        self.preload = cp.Variable(len(names), name=OF_A_MODEL + "preload") if names else None
-        self.profile = cp.Variable(system.nodes, name=OF_A_MODEL + "profile") if self._shaped else None
-        self._more = [safe_set(task, self._design.shared(shares)) for task, shares in self._others]
+        self._reactions = preload_reactions(system, names)
+        self.preload = cp.Variable(len(names), name="preload") if names else None
+        self.profile = cp.Variable(system.nodes, name="profile") if self._shaped else None
 
-    def _scenario(self, s: int, preloads: Sequence[str], given: Any) -> tuple[LimitQuestion, Mapping[str, float]]:
+    def _scenario(self, s: int, given: Any) -> tuple[Question, Mapping[str, float]]:
         if not isinstance(given, tuple) or len(given) not in (2, 3):
             raise ModelError(f"scenarios[{s}]: {shown(given)}; give (load cycle, friction), or these and the shares of the preloads")
         cycle, friction, shares = given if len(given) == 3 else (*given, {})
         shares = checked_loads(f"scenarios[{s}]", shares)
-        if unknown := sorted(set(shares) - set(preloads)):
-            raise ModelError(f"scenarios[{s}]: shares of {shown(unknown)}; the preloads are {shown(list(preloads))}")
+        if unknown := sorted(set(shares) - set(self._preloads)):
+            raise ModelError(f"scenarios[{s}]: shares of {shown(unknown)}; the preloads are {shown(list(self._preloads))}")
         return pose(self._asked.system, cycle, friction, slip_bound=self._asked.most), shares
 
-    def _meant(self, v: SafeSet) -> dict[cp.Variable, cp.Expression]:
-        values, count = self._design.values, len(self._design.preloads)
-        parts = ((self.preload, values[:count]), (self.profile, values[count:]))
-        return super()._meant(v) | {part: expression for part, expression in parts if part is not None}
+    @property
+    def _unknowns(self) -> list[cp.Variable]:
+        return [*super()._unknowns, *(part for part in (self.preload, self.profile) if part is not None)]
+
+    def _more(self, shares: Mapping[str, float]) -> tuple[tuple[cp.Expression, cp.Expression], list[Row]]:
+        """What the design adds to q and p, and rows that define it, where some preloads act with a share alone."""
+        system, n = self._asked.system, self._asked.system.nodes
+        terms, rows = list[tuple[cp.Expression, cp.Expression]](), list[Row]()
+        if self.preload is not None:
+            acting = self._reactions * [shares.get(name, 1.0) for name in self._preloads]
+            terms.append((named(acting[:-n], "Q") @ self.preload, named(acting[-n:], "P") @ self.preload))
+        if self.profile is not None:
+            q_g, p_g = cp.Variable((len(self._reactions) - n), name="q_g"), cp.Variable(n, name="p_g")
+            rows = [q_g == named(-system.B.T, "-B.T") @ self.profile, p_g == named(-system.C, "-C") @ self.profile]
+            terms.append((q_g, p_g))
+        q, p = (sum(parts[1:], parts[0]) for parts in zip(*terms, strict=True))
+        return (q if system.tangents == 1 else cp.reshape(q, system.slip_shape, order="F"), p), rows
+
+    def _listed(self, task: Question) -> list[Program]:
+        """The rows of the first scenario, and of all others."""
+        listed_all = list[Program]()
+        for asked, shares in ((task, {}), *self._others):
+            first = not listed_all
+            x = self._x if first else unknowns(asked.slip_shape, range(len(asked.r1)), self._x.load_factor)
+            f = self._f if first else cp.Parameter(asked.system.nodes, nonneg=True, name=f"f, scenario {len(listed_all)}")
+            more, rows = self._more(shares)
+            program = listed_rows(asked, x, f, every=True, more=more)
+            program.rows += rows
+            listed_all.append(program)
+        return listed_all
 
     @warns_of_odd_values
     @in_turn
@@ -188,69 +193,85 @@ class DesignModel(SafeModel):
         >>> design.preload.round(6).to_dict()
         {'bolt': 6.0}
         """
-        task = self._posed(friction)
-        for v, (other, _) in zip(self._more, self._others, strict=True):
-            v.ask(replace(other, load_unit=task.load_unit))
-            self._compiled.clear()
-        program = self._program(lambda v: design_problem([v, *self._more]), task, listed("constraints", constraints), objective)
-        for v in (program, *self._more):
-            if found := v.helpless():
-                why = f"{found[1]}: no design is safe at any load factor above 0 with all nodes closed"
-                raise ModelError(f"friction: {why}; give friction to every node")
-        answer = solve(program.problem, lambda: self._judged(program), self._solver, no_optimum=lambda: self._refused(program))
-        program.own.save()
-        design = answered(answer, program)
-        named = {"preload": design.preload, "profile": design.profile}
-        return self._shown(design, **{name: values for name, values in named.items() if getattr(self, name) is not None})
+        task, own = self._posed(friction), listed("constraints", constraints)
+        every = self._listed(task)
+        program = every[0]
+        program.own = own_rows(own, self._unknowns)
+        problem = models.design(self._x, [row for each in every for row in each.rows])
+        if objective is not None:
+            problem = cp.Problem(cp.Maximize(checked_objective(objective, self._unknowns)), problem.constraints)
+        program.compiled(problem, task.load_unit if objective is None else 1.0, self._units(every), every[1:])
+        chosen = objective is not None
+        claim, record = program.chain.solve(lambda: self._judged(every, chosen), self._solver, no_optimum=lambda: self._refused(program, chosen))
+        design = answered(claim, record, program)
+        for part, value in ((self.preload, design.preload), (self.profile, design.profile)):
+            if part is not None:
+                part.save_value(np.asarray(value))
+        return self._shown(design)
 
-    def _judged(self, program: SafeSet) -> Design:
+    def _units(self, every: Sequence[Program]) -> dict[cp.Variable, Any]:
+        """Units of the design, which make reactions of about the force of the contact at a node, and of the other scenarios."""
+        task, units = every[0].task, dict[cp.Variable, Any]()
+        if self.preload is not None:
+            sizes = np.abs(self._reactions).mean(axis=0)
+            units[self.preload] = task.force / np.where(sizes > 0, sizes, task.force)
+        if self.profile is not None:
+            units[self.profile] = task.force / task.system.own_stiffness[-task.system.nodes :]
+        for program in every[1:]:
+            units |= {variable: unit for variable, unit in program.units.items() if variable is not self.load_factor}
+        return units
+
+    def _judged(self, every: Sequence[Program], chosen: bool) -> Design:
         """Judge the design that stands in a program: built in, by the contact law in every scenario, and by the multipliers of all rows."""
-        count, amounts = len(self._design.preloads), frozen(self._design.values.value + 0.0)  # no -0
-        preload, profile = amounts[:count], amounts[count:] if self._shaped else None
-        every, unit = [program, *self._more], program.own.objective_unit or program.task.load_unit
-        named = dict(zip(self._design.preloads, preload.tolist(), strict=True))
-        acting = [named, *({name: a * shares.get(name, 1.0) for name, a in named.items()} for _, shares in self._others)]
+        program, names = every[0], self._preloads
+        preload = np.zeros(0) if self.preload is None else frozen(self.preload.value + 0.0)  # no -0
+        profile = None if self.profile is None else frozen(self.profile.value + 0.0)
+        amounts = dict(zip(names, preload.tolist(), strict=True))
+        acting = [amounts, *({name: a * shares.get(name, 1.0) for name, a in amounts.items()} for _, shares in self._others)]
         system, cycles = built_in(self._asked.system, [(one.task.cycle, loads) for one, loads in zip(every, acting, strict=True)], profile)
-        slips = [frozen(one.solved_slip) for one in every]
+        slips = [frozen(one.slip) for one in every]
         tasks = tuple(pose(system, cycle, one.task.friction, slip_bound=self._asked.most) for cycle, one in zip(cycles, every, strict=True))
-        load_factor = max(0.0, float(program.load_factor.value) * program.task.load_unit)
-        form = StandardForm(program.problem)
-        value, bound = form.bounds
+        load_factor, proof = program.load_factor, program.chain.proof
         unsafe = max(task.violation(load_factor, slip) for task, slip in zip(tasks, slips, strict=True))
-        residual = float(np.nan_to_num(max(unsafe, form.gap, program.own.violation), nan=np.inf))
+        residual = float(np.nan_to_num(max(unsafe, proof.gap, program.own_violation), nan=np.inf))
         return Design(
             load_factor=load_factor,
-            objective=None if program.own.objective_unit is None else value * unit,
-            bound=bound * unit,
-            preload=pd.Series(preload, index=pd.Index(self._design.preloads, name="load", dtype=object), name="preload"),
+            objective=proof.value if chosen else None,
+            bound=proof.bound + proof.defect,
+            preload=pd.Series(preload, index=pd.Index(names, name="load", dtype=object), name="preload"),
             profile=profile,
             slip=slips[0],
             slips=tuple(slips),
             _task=tasks[0],
-            prices=program.own.prices(unit),
+            prices=program.prices(),
             record=SolveRecord(residual=residual),
             _tasks=tasks,
         )
 
-    def _refused(self, program: SafeSet) -> None:
+    def _refused(self, program: Program, chosen: bool) -> None:
         """Say why there is no best design; None where that cannot be proven."""
-        excess = contradiction(program.problem, self._solver)
-        if excess.bound > RESIDUAL:
-            ruling = [name for name in program.own.names if name in excess.ruling]
-            unsafe = excess.ruling - set(program.own.names)
-            safe = "no design is safe at any load factor with all nodes closed" if unsafe else "they contradict each other"
+        if none := program.chain.contradiction(self._solver):
+            ruling, own = program.ruling(none.ruling), {row.id for group in program.own.values() for row in group}
+            safe = "no design is safe at any load factor with all nodes closed" if none.ruling - own else "they contradict each other"
             if not ruling:
                 raise ModelError(f"preloads: {safe}; press nodes that are open, or ask `shakedown_limit` of designs of your own")
             raise ModelError(f"{', '.join(ruling)}: {safe} under these constraints; drop or relax one")
-        growth = is_unbounded(program.problem, self._solver)
-        if growth is None or excess.value > RESIDUAL:
+        growth = program.chain.growth(self._solver)
+        if growth is None:
             return
-        first = compiled(program.problem)["param_prob"].var_id_to_col[self._design.amounts.id]
-        along = growth.z[first : first + self._design.amounts.size]
-        grows = np.flatnonzero(np.abs(along) > GROWN * np.abs(along).max(initial=0.0))
-        goal = "load_factor" if program.own.objective_unit is None else "objective"
-        if not np.abs(along).max(initial=0.0) > GROWN:
+        parts = {"preload": self.preload, "profile": self.profile}
+        units, found = self._units([program]), dict[str, float]()
+        for part, variable in parts.items():
+            if variable is not None:
+                along = np.ravel(program.chain.value_along(growth, variable) / units[variable])
+                names = [repr(name) for name in self._preloads] if part == "preload" else [str(node) for node in range(len(along))]
+                found |= {f"{part}[{name}]": value for name, value in zip(names, along.tolist(), strict=True)}
+        largest, goal = max(map(abs, found.values())), "objective" if chosen else "load_factor"
+        if not largest > GROWN:
             raise ModelError(f"{goal}: it grows without end whatever the design; bound it by a constraint, or give another objective")
-        named = [f"{self._design.name(k)} has no {'upper' if along[k] > 0 else 'lower'} bound" for k in grows[:_NAMED]]
+        grows = {name: value for name, value in found.items() if abs(value) > GROWN * largest}
+        named_parts = [f"{name} has no {'upper' if value > 0 else 'lower'} bound" for name, value in [*grows.items()][:_NAMED]]
         more = f" and {len(grows) - _NAMED} more" if len(grows) > _NAMED else ""
-        raise ModelError(f"{goal}: it grows without end with the design: {', '.join(named)}{more}; bound them by constraints, or say what they cost")
+        raise ModelError(
+            f"{goal}: it grows without end with the design: {', '.join(named_parts)}{more}; bound them by constraints, or say what they cost"
+        )

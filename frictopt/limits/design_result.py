@@ -4,7 +4,7 @@ The proof is the slips that are safe with the design, and what each constraint c
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import cvxpy as cp
 import numpy as np
@@ -12,68 +12,30 @@ import pandas as pd
 
 from ..contact import CONDENSATION, Array, ContactSystem, LoadCycle, joined
 from ..errors import ModelError
-from ..solve.explain import Explained, Units
-from .answered import Answered
-from .question import LimitQuestion
+from ..solve.explain import Explained
+from .answered import Answered, Duals
+from .question import Question
 
 PROFILE = "profile"  # load case of the overlap that a profile leaves
 
 
-@dataclass(frozen=True, eq=False)
-class DesignLoads:
-    """What a design changes in the reactions, linear in its dimensionless amounts.
+def preload_reactions(system: ContactSystem, preloads: Sequence[str]) -> Array:
+    """(M, J) reactions of unit amplitudes of the load cases that a design chooses, force.
 
-    Attributes
-    ----------
-    preloads
-        Names of the load cases whose amplitudes are unknown.
-    unit
-        (d,) what unit amounts are: amplitudes of the preloads, then depths of the profile, length.
-    reactions
-        (M, d) reactions of unit amplitudes and depths, ordered by component, force.
-    amounts
-        The unknowns.
+    Raises
+    ------
+    ModelError
+        A load case that makes no reactions but rounding.
     """
-
-    preloads: tuple[str, ...]
-    unit: Array
-    reactions: Array
-    amounts: cp.Variable
-
-    def shared(self, shares: Mapping[str, float]) -> "DesignLoads":
-        """The same design where some preloads act with a share of their amplitude alone."""
-        factors = np.ones(len(self.unit))
-        factors[: len(self.preloads)] = [shares.get(name, 1.0) for name in self.preloads]
-        return replace(self, reactions=self.reactions * factors)
-
-    def forces(self, unit: Array) -> cp.Expression:
-        """(M,) reactions of the amounts over the (N,) units of the nodes, an affine cvxpy expression."""
-        return (self.reactions * self.unit / np.resize(unit, len(self.reactions))[:, None]) @ self.amounts
-
-    @property
-    def values(self) -> cp.Expression:
-        """(d,) amplitudes and depths, an affine cvxpy expression."""
-        return cp.multiply(self.unit, self.amounts)
-
-    def name(self, index: int) -> str:
-        """What an amount is, in words of the user."""
-        return f"preload[{self.preloads[index]!r}]" if index < len(self.preloads) else f"profile[{index - len(self.preloads)}]"
-
-
-def design_loads(system: ContactSystem, preloads: Sequence[str], profile: bool, force: float) -> DesignLoads:
-    """The loads that a design chooses; unit amounts make reactions of about `force` at a node."""
     bolts = np.array([joined(*system.bonded[name]) for name in preloads]).reshape(len(preloads), len(system.S))
-    faces = -system.S[-system.nodes :] if profile else np.zeros((0, len(system.S)))
-    sizes = np.concatenate([np.abs(bolts).mean(axis=1), system.own_stiffness[-system.nodes :][: len(faces)]])
-    amounts = cp.Variable(len(sizes), name="design")
     largest = max(np.abs(joined(*pair)).mean() for pair in system.bonded.values())
-    for name, size in zip(preloads, sizes, strict=False):
+    for name, size in zip(preloads, np.abs(bolts).mean(axis=1), strict=True):
         if 0 < size < CONDENSATION * largest:
             raise ModelError(
                 f"preloads: {name!r} makes reactions of {size:.1e}, no more than the rounding of others of up to {largest:.1e}; leave it out "
                 "if it does nothing at the contact, else give the load case a larger unit, or others a smaller one"
             )
-    return DesignLoads(tuple(preloads), force / np.where(sizes > 0, sizes, force), np.vstack([bolts, faces]).T, amounts)
+    return bolts.T
 
 
 def built_in(
@@ -142,9 +104,9 @@ class Design(Answered, Explained):
     profile: Array | None
     slips: tuple[Array, ...]
     prices: Mapping[str, Array]
-    _tasks: tuple[LimitQuestion, ...]
+    _tasks: tuple[Question, ...]
     problem: cp.Problem | None = None
-    _units: Units = field(default_factory=dict)
+    _duals: Duals = ()
 
     @property
     def scenarios(self) -> tuple[tuple[LoadCycle, Array], ...]:

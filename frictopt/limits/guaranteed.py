@@ -1,6 +1,6 @@
 """The guaranteed limit lambda_1: the load factor below which the contact stops slipping from every start."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from time import perf_counter
 from typing import Any
@@ -11,20 +11,19 @@ from numpy.typing import ArrayLike
 
 from ..contact import Array, ContactSystem, LimitKind, LoadCycle, SolveRecord, frozen, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
-from .critical_search import COINCIDE_ALONE, LEFT_OUT, CriticalSearch, NodeClaim, set_node
+from .answered import duals
+from .critical_search import COINCIDE_ALONE, LEFT_OUT, CriticalSearch, NodeClaim
 from .critical_state import critical_states, load_factor_bounds
-from .guaranteed_result import IMAGE, NOT_NEEDED, ONE_CORNER, OPEN, GuaranteedLimit, left_out, reason
-from .parts import images_of, on_whole, rest_of
-from .question import LimitQuestion
+from .guaranteed_result import NOT_NEEDED, ONE_CORNER, OPEN, GuaranteedLimit, left_out, reason
+from .programs import own_rows, tractions
+from .question import Question
 from .safe_model import SafeModel, in_turn
-from .shakedown import ShakedownModel, shakedown_problem
+from .shakedown import ShakedownModel
 from .shakedown_result import ShakedownLimit
 
 
 class GuaranteedModel(SafeModel):
-    """The guaranteed limit of one system under one load cycle, in the plane compiled once and solved for any friction.
-
-    Threads that ask one model wait for each other. Theory, eq. (10).
+    """The guaranteed limit of one system under one load cycle, for any friction. Theory, eq. (10).
 
     Parameters
     ----------
@@ -33,7 +32,7 @@ class GuaranteedModel(SafeModel):
     slip_bound
         See `ShakedownModel`.
     simplify
-        Leave out what cannot change the answer: nodes whose lower bound is above the least load factor found, and mirror images. A contact with B = 0
+        Leave out what cannot change the answer: nodes whose lower bound is above the least load factor found. A contact with B = 0
         has lambda_1 = lambda_2 by a theorem, and needs no program.
     solver
         One of "HIGHS", "CLARABEL", "HIGHS_IPM" (in space "CLARABEL_DIRECT", "CLARABEL", "INTERIOR_POINT", which for large contacts comes first);
@@ -72,8 +71,8 @@ class GuaranteedModel(SafeModel):
                 "slips which make it critical are no convex set; ask `shakedown_limit`, or follow starts by `steady_state`"
             )
         self._shakedown = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
+        self._x = self._shakedown._x
         self.slip, self.load_factor, self.q, self.p = (getattr(self._shakedown, name) for name in ("slip", "load_factor", "q", "p"))
-        self._search = CriticalSearch(solver)
 
     @warns_of_odd_values
     @in_turn
@@ -97,63 +96,43 @@ class GuaranteedModel(SafeModel):
         """
         return self._shown(self.of_any_set(self._posed(friction), listed("constraints", constraints)))
 
-    def of_any_set(self, task: LimitQuestion, own: Sequence[cp.Constraint] = ()) -> GuaranteedLimit:
+    def of_any_set(self, task: Question, own: Sequence[cp.Constraint] = ()) -> GuaranteedLimit:
         """The limit with all nodes closed, or of those which the mean load leaves closed, as the shakedown limit is."""
-        self._search.records.clear()
-        shakedown, task = self._shakedown.of_any_set(task, own), replace(task, simplify=False)
+        shakedown = self._shakedown.of_any_set(task, own)
         if shakedown.kind is not LimitKind.NO_SAFE_SLIP and np.isnan(shakedown.least):
             raise SolverError(f"guaranteed limit: {shakedown.reason}")
-        task = rest_of(task, shakedown.open) or task if shakedown.open.any() else task
+        task = replace(task, open=shakedown.open)
         n, least_found = len(task.friction), shakedown.load_factor
-        states = critical_states(task)
-        both = np.array([bool(own_states) for own_states in states])
-        least, how = np.full(n, np.inf), np.where(both, LEFT_OUT, ONE_CORNER).astype(object)
+        states, search = critical_states(task), CriticalSearch(self._x, task, own_rows(own, self._unknowns), self._solver)
+        both = np.array([bool(own_states) for own_states in states]) & ~task.open
+        least, how = np.full(n, np.inf), np.where(both, LEFT_OUT, np.where(task.open, OPEN, ONE_CORNER)).astype(object)
         if not least_found > shakedown.least or task.uncoupled:
             least[both], how[both] = least_found, NOT_NEEDED
-            return self._result(task, shakedown, None, least, how)
-        safe = self._shakedown._program(shakedown_problem, task, own)
-        values: Mapping[cp.Variable, Array] = {variable: variable.value for variable in safe.problem.variables()}
-        images = images_of(task) if self._asked.simplify and not own else None
-        # a witness is not its own image, but the node's image has its load factor
-        source = np.arange(n) if images is None else images[1][:, :n].min(axis=0)
-        imaged = both & (source != np.arange(n))
-        how[imaged] = IMAGE
-        bounds = load_factor_bounds(safe) if self._asked.simplify else np.zeros(n)
+            return self._result(task, shakedown, None, least, how, search)
+        bounds = load_factor_bounds(task, tractions(task)) if self._asked.simplify and both.any() else np.zeros(n)
         best: NodeClaim | None = None
         # where the pressure is little, nodes are nearly critical
-        pressure = task.r0[:, -1].min(axis=0) + task.change(np.nan_to_num(task.own(shakedown.slip)))[1]
-        for node in sorted(np.flatnonzero(both & ~imaged).tolist(), key=lambda i: (float(bounds[i]), float(pressure[i]))):
+        pressure = task.r0[:, -1].min(axis=0) + task.change(np.nan_to_num(shakedown.slip))[1]
+        for node in sorted(np.flatnonzero(both).tolist(), key=lambda i: (float(bounds[i]), float(pressure[i]))):
             if self._asked.simplify and bounds[node] >= least_found:
                 least[node] = bounds[node]
                 continue
             for state in states[node]:
                 ends, below = (shakedown.least, shakedown.load_factor), least_found if self._asked.simplify else np.inf
-                claim = self._search.solve(safe, state, ends, below)
+                claim = search.solve(state, ends, below)
                 if claim.load_factor < least[node] or state is states[node][0]:
                     least[node], how[node] = claim.load_factor, claim.how
                 if claim.load_factor < least_found:
                     best, least_found = claim, claim.load_factor
-        if best is not None and best.program is not None:
-            set_node(best.program, best.state)
-            values = best.values
-        for variable, value in values.items():  # the last program solved need not be that of the answer
-            variable.save_value(value)
-        safe.own.save()
-        return self._result(task, shakedown, best, np.where(imaged, least[source], least), how)
+        if best is not None:
+            search.restore(best)
+        return self._result(task, shakedown, best, least, how, search)
 
-    def _result(self, task: LimitQuestion, shakedown: ShakedownLimit, best: NodeClaim | None, least: Array, how: np.ndarray) -> GuaranteedLimit:
+    def _result(
+        self, task: Question, shakedown: ShakedownLimit, best: NodeClaim | None, least: Array, how: np.ndarray, search: CriticalSearch
+    ) -> GuaranteedLimit:
         uncoupled, coincide = task.uncoupled, int((how == COINCIDE_ALONE).sum())
-        motion = shakedown._motion if best is None or best.motion is None else best.motion
-        if task.whole is not None:  # of closed nodes: no half is asked
-            rest, task = task, task.whole
-            closed, every_least, every_how = task.closed, np.full(task.system.nodes, np.inf), np.full(task.system.nodes, OPEN, dtype=object)
-            every_least[closed], every_how[closed] = least, how
-            least, how = every_least, every_how
-            if best is not None:
-                above = None if best.above is None else (best.above[0], frozen(on_whole(rest, best.above[1], None)[1]))
-                _, slip, motion = on_whole(rest, best.slip, motion)
-                best = replace(best, state=replace(best.state, node=int(np.flatnonzero(closed)[best.state.node])), slip=slip, above=above)
-        program, records = None if best is None else best.program, [shakedown.record, *self._search.records]
+        program, records = None if best is None else best.program, [shakedown.record, *search.records]
         return GuaranteedLimit(
             load_factor=shakedown.load_factor if best is None else best.load_factor,
             kind=shakedown.kind if best is None else LimitKind.FINITE,
@@ -173,10 +152,10 @@ class GuaranteedModel(SafeModel):
             shakedown=shakedown,
             problem=shakedown.problem if program is None else program.problem,
             _task=task,
-            _motion=motion,
+            _motion=shakedown._motion if best is None or best.motion is None else best.motion,
             _by_node=frozen(least),
             _how=tuple(how.tolist()),
-            _units=shakedown._units if program is None else program.units,
+            _duals=shakedown._duals if program is None else duals(program.problem),
             _above=None if best is None else best.above,
         )
 

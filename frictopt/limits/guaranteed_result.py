@@ -14,13 +14,12 @@ from .answered import Rated
 from .critical_search import LEFT_OUT, NodeClaim
 from .shakedown_result import ShakedownLimit
 
-IMAGE, ONE_CORNER, NOT_NEEDED, OPEN = "mirror image", "one corner alone rules", "not needed", "open"
+ONE_CORNER, NOT_NEEDED, OPEN = "one corner alone rules", "not needed", "open"
 _WEDGED = "; friction is above the critical value A/|B| of the node, which may wedge itself so that all slip stops above the limit, too"
 _LIFTING = "; starts from which nodes open and close in every cycle may slip for ever below it"
 _LEFT_OUT = {
     NOT_NEEDED: "need no program: lambda_1 is lambda_2, for the contact is uncoupled (B = 0) or no load factors lie between",
     LEFT_OUT: "cannot be critical below the limit, by a lower bound",
-    IMAGE: "are mirror images of others",
     ONE_CORNER: "can only lift off where they are critical, or have no friction",
 }
 

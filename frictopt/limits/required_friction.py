@@ -11,12 +11,10 @@ import pandas as pd
 
 from ..contact import RESIDUAL, ContactSystem, LoadCycle, SolveRecord, finite_number, frozen, place
 from ..errors import SolverError
-from ..solve.solvers import solve
 from .answered import Answered, Mechanism
-from .friction_bounds import safe_set
-from .judge import defect
+from .models import most_pressed, unknowns
+from .programs import listed_rows
 from .question import pose
-from .safe_set import SafeSet, ruling
 from .safe_slip import SafeSlipModel
 from .safe_slip_result import SafeSlip
 
@@ -205,7 +203,7 @@ class _Asked:
             rest = self._model._rest(self._model._posed(friction)) if unsafe else None
         except SolverError:  # of the way to the mean load: no slip would be proven to be safe
             return True
-        return bool(rest and rest.whole and any((known != rest.whole.closed).all() for known in unsafe))
+        return bool(rest and any((known == rest.open).all() for known in unsafe))
 
     def enough(self, frictions: Sequence[float]) -> float:
         """The first of these frictions with which a safe slip is proven; inf if none is."""
@@ -230,6 +228,7 @@ class _Asked:
         return any(safe.open.any() for safe in self.found.values())
 
 
+@dataclass(frozen=True)
 class Pressing:
     """Solution of a pressing problem, judged from both sides.
 
@@ -240,24 +239,12 @@ class Pressing:
     motion
         Openings for which the loads do work although no residual slip resists them, where `least` is negative.
     residual
-        The larger of the distance of `least` from the bound that `motion` proves, and the excess of its slip over the slip bound.
+        The larger of the distance of `least` from the bound that the multipliers prove, and the excess of its slip over the slip bound.
     """
 
-    def __init__(self, v: SafeSet, load_factor: float) -> None:
-        task, slip = v.task, v.solved_slip
-        p = task.states(load_factor, slip)[1][:, -1]
-        self.least = float(min(p.min() / task.force, 1.0))
-        cap, (corner, node) = v.cap("cap"), ruling(-task.r0[:, -1], -task.r1[:, -1], load_factor)
-        moves = np.zeros(task.r1.shape)
-        moves[corner, -1, node] = np.maximum(v.rows["pressed"].dual_value, 0.0) / v.unit
-        motion = Mechanism(moves, task.friction, v.held()[0])
-        opened = float(motion.opening.sum()) * task.force
-        self.motion = motion.scaled((1 - cap) / opened if opened > 0 and cap < 1 else 0.0)
-        resistance, drive = self.motion.work(task)
-        off = defect(v, self.motion, slip)
-        gap = abs(cap + resistance - load_factor * drive - self.least) + off  # a defect that closes the gap counts for slips like this one alone
-        proves = opened > 0 or cap >= 1 - RESIDUAL  # multipliers that do not add up to one bound nothing
-        self.residual = float(np.nan_to_num(max(gap, task.beyond(slip)), nan=np.inf)) if proves else np.inf
+    least: float
+    motion: Mechanism
+    residual: float
 
     @property
     def impossible(self) -> bool:
@@ -266,11 +253,7 @@ class Pressing:
 
 
 def best_pressed(system: ContactSystem, cycle: LoadCycle, load_factor: float, slip_bound: Any) -> tuple[Pressing, SolveRecord]:
-    """The slip v, within its bound, under which the least normal reaction over the nodes and corners is largest.
-
-    In full, with `force` the mean normal force of the mean load::
-
-        max least   s.t.   p_k >= least force,   least <= 1   where   p_k = p0 + lam p1_k + B v
+    """The slip, within its bound, under which the least normal reaction over the nodes and corners is largest.
 
     Raises
     ------
@@ -278,7 +261,14 @@ def best_pressed(system: ContactSystem, cycle: LoadCycle, load_factor: float, sl
         No solver gave an answer that passes the checks.
     """
     task, least = pose(system, cycle, 0.0, slip_bound=slip_bound), cp.Variable(name="least")
-    v = safe_set(task)
-    p = (task.r0 + load_factor * task.r1)[:, -1].min(axis=0) / v.unit + v.pressure  # of the corner that rules
-    v = v.posed(v.program(cp.Maximize(least), {"pressed": p >= cp.multiply(task.force / v.unit, least), "cap": least <= 1}))
-    return solve(v.problem, lambda: Pressing(v, load_factor))
+    x = unknowns(system.slip_shape, range(len(cycle.corners)), cp.Parameter(nonneg=True, name="load_factor", value=load_factor))
+    program = listed_rows(task, x, cp.Parameter(system.nodes, nonneg=True, name="f"), friction=lambda corners: [])
+    program.compiled(most_pressed(x, least, task.force, program.corners, program.rows), 1.0)
+
+    def judged() -> Pressing:
+        slip, proof = program.slip, program.chain.proof
+        reached = float(min(task.states(load_factor, slip)[1][:, -1].min() / task.force, 1.0))
+        gap = abs(proof.bound - reached) + proof.defect
+        return Pressing(reached, program.motion, float(np.nan_to_num(max(gap, task.beyond(slip)), nan=np.inf)))
+
+    return program.chain.solve(judged)

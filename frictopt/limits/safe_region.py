@@ -13,8 +13,7 @@ from ..contact import RESIDUAL, ZERO_LOAD_FACTOR, ContactSystem, checked_system,
 from ..contact.checks import Array, check_name, checked_loads, finite_number, frozen, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
 from .answered import Mechanism
-from .parts import on_whole, rest_of
-from .question import pose
+from .question import pose, with_open
 from .safe_region_result import SafeRegion, beyond_chord, domain
 from .shakedown import shakedown_limit
 from .shakedown_result import ShakedownLimit
@@ -128,26 +127,30 @@ class _Search:
         limit = shakedown_limit(self._system, cycle, self._friction)
         self._limits.append(limit)
         reach, bound = limit.load_factor if np.isfinite(limit.load_factor) else 0.0, limit.bound
-        if limit.open.any() and self._unit[0].whole is None:
-            self._unit = [rest for task in self._unit if (rest := rest_of(task, limit.open))]
+        if limit.open.any() and not self._unit[0].open.any():
+            self._unit = [rest for task in self._unit if (rest := with_open(task, limit.open))]
         if reach <= ZERO_LOAD_FACTOR * limit._task.load_unit:
             reach = bound = 0.0
-        motion = self._ruled(_of_closed(limit._motion, limit))
+        motion = self._ruled(limit._motion)
         drives = [motion.work(unit)[1] for unit in self._unit]
-        motion = on_whole(self._unit[0], np.zeros(self._unit[0].r1[0, :-1].T.shape), motion)[2]
         return _Point(reach * np.array([first, second]), limit, np.array(drives), float(bound), motion)
 
     def _ruled(self, motion: Mechanism) -> Mechanism:
         """The same motions at the corners that rule them where both amplitudes are above zero: a ray of one load alone leaves the other's open."""
-        (one, other), f, nodes = self._unit, motion.friction, np.arange(len(motion.friction))
-        r, w = one.r1 + other.r1, one.w1 + other.w1
-        moves, press = np.zeros_like(r), np.zeros_like(w)
-        for slip, size in zip(motion.moves, motion.size, strict=True):
+        (one, other), f, nodes, moved = self._unit, motion.friction, np.arange(len(motion.friction)), motion.moves
+        r, w, out = one.r1 + other.r1, one.w[1] + other.w[1], np.zeros(len(motion.friction), dtype=bool) if motion.open is None else motion.open
+        moves, press = np.zeros_like(r), np.zeros((len(r), r[0].size))
+        for slip, size in zip(moved, motion.size, strict=True):
             along = np.vstack([slip[:-1], f * size])  # what it opens besides is at the corner of the least pressure
             moves[(-r * along).sum(axis=1).argmax(axis=0), :, nodes] += along.T
         moves[r[:, -1].argmin(axis=0), -1, nodes] += motion.opening.sum(axis=0)
-        press[w.argmin(axis=0), np.arange(w.shape[1])] = 0.0 if motion.press is None else motion.press.sum(axis=0)
-        return Mechanism(moves, f, press=press)
+        if one.give is None:
+            return Mechanism(moves, f)
+        moves[:, :, out] = 0.0
+        pressed = -(moved.reshape(len(moved), -1) @ one.system.S)[:, -one.system.nodes :][:, out].sum(axis=0)  # what keeps open nodes from touching
+        press[w.argmin(axis=0), np.flatnonzero(out) + one.system.tangents * one.system.nodes] = pressed.clip(0.0)
+        moves = moves - ((moves.reshape(len(moves), -1) @ one.system.S + press) @ one.give).reshape(moves.shape)
+        return Mechanism(moves, f, open=motion.open)
 
     def between(self, one: _Point, other: _Point) -> list[_Point]:
         """Points of the border between two, as many as its sides need; in space until their lines meet near enough to the chords."""
@@ -206,15 +209,6 @@ class _Search:
             _mean=self._mean,
             _parts=self._parts,
         )
-
-
-def _of_closed(motion: Mechanism, limit: ShakedownLimit) -> Mechanism:
-    """The part of the closed nodes in the mechanism of a limit, see `on_whole`."""
-    if not limit.open.any():
-        return motion
-    press = -motion.moves.reshape(len(motion.moves), -1) @ limit.system.S[:, -limit.system.nodes :][:, limit.open]
-    closed = ~limit.open
-    return Mechanism(motion.moves[..., closed], motion.friction[closed], press=press.clip(0.0))
 
 
 def _part(name: str, load: Any) -> list[Mapping[str, float]]:

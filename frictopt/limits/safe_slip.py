@@ -1,48 +1,30 @@
 """Existence of a safe residual slip at a given load factor."""
 
 from collections.abc import Sequence
-from dataclasses import replace
-from functools import cached_property
 
 import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import RESIDUAL, Array, ContactSystem, LoadCycle, finite_number, listed, warns_of_odd_values
+from ..contact import RESIDUAL, Array, ContactSystem, LoadCycle, SolveRecord, finite_number, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
-from ..solve.solvers import NoOptimum, contradiction, solve
-from .friction_bounds import safe_set
-from .judge import answered, judged_margin
-from .own_rows import OF_A_MODEL
-from .parts import half_of, rest_under_mean
-from .question import LimitQuestion
+from ..solve.solvers import NoOptimum
+from . import models
+from .answered import answered
+from .models import Row
+from .open_nodes import rest_under_mean
+from .programs import Program, listed_rows
+from .question import Question
 from .safe_model import SafeModel, in_turn
-from .safe_set import SafeSet
 from .safe_slip_result import SafeSlip
 
 _MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
 
 
-def margin_problem(v: SafeSet, *, free_load_factor: bool = False) -> cp.Problem:
-    """Residual slip v that stays furthest inside the friction bounds, at a given load factor lam or at whatever one is best.
-
-    In full, with the margin counted in mean friction bounds of the mean load, each `clearance` of its node::
-
-        max margin   s.t.   f p_k - |q_k| >= clearance margin,   margin <= 1   where   q_k = q0 + lam q1_k + A v,   p_k = p0 + lam p1_k + B v
-
-    Negative: there is no safe slip. With little friction p has the margin too. For the rows see `shakedown_problem`.
-    """
-    lam, margin = v.load_factor if free_load_factor else None, v.margin
-    rows = {**v.stuck(lam, margin), "cap": margin <= 1}
-    if lam is not None:
-        rows["load_factor_not_negative"] = lam >= 0
-    return v.program(cp.Maximize(margin), rows)
-
-
 class SafeSlipModel(SafeModel):
     """The safe residual slips of one system under one load cycle, for any friction and load factor, also under constraints of your own.
 
-    Threads that ask one model wait for each other. Theory, eq. (9).
+    Theory, eq. (9).
 
     Parameters
     ----------
@@ -74,20 +56,44 @@ class SafeSlipModel(SafeModel):
     _opening: float | Array = -np.inf
     """Friction with which none is known to be; it is so with less."""
 
-    _left: tuple[bytes, LimitQuestion | None] = b"", None
+    _left: tuple[bytes, Question | None] = b"", None
     """The question of what the mean load leaves closed, and the friction of which it was asked last."""
 
     _given = True
     load_factor: cp.Parameter
     """The load factor that is given, a cvxpy parameter for constraints of your own."""
+    margin: cp.Variable
+    """The margin, see `SafeSlip`, a cvxpy variable for constraints of your own."""
 
-    @cached_property
-    def margin(self) -> cp.Variable:
-        """The margin, see `SafeSlip`, a cvxpy variable for constraints of your own."""
-        return cp.Variable(name=OF_A_MODEL + "margin")
+    def __init__(
+        self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: ArrayLike | None = None, simplify: bool = True, solver: str | None = None
+    ) -> None:
+        super().__init__(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
+        self.margin = cp.Variable(name="margin")
+        self._spare, self._apart = cp.Parameter(system.nodes, nonneg=True, name="mean_bound"), cp.Parameter(nonneg=True, name="clearance")
 
-    def _meant(self, v: SafeSet) -> dict[cp.Variable, cp.Expression]:
-        return {**super()._meant(v), self.margin: v.margin}
+    @property
+    def _unknowns(self) -> list[cp.Variable]:
+        return [*super()._unknowns, self.margin]
+
+    def _safe(self, task: Question, load_factor: float, own: Sequence[cp.Constraint] = ()) -> SafeSlip:
+        """The slip with the largest margin, with given nodes open."""
+
+        def friction(corners: list[int]) -> list[Row]:
+            spare = models.called(cp.multiply(self.margin, self._spare), "margin * mean_bound")
+            return models.inside(self._x, self._f, corners, spare, self.margin * self._apart, task.little)
+
+        self._spare.value, self._apart.value, self.load_factor.value = task.mean_bound * ~task.open, task.clearance, load_factor
+        program = self._program(task, own, None, lambda each: models.safe_slip(self.margin, each.rows), "safe slip", 1.0, friction=friction)
+        try:
+            claim, record = program.chain.solve(lambda: judged(program, self.margin, load_factor), self._solver)
+        except NoOptimum:
+            ruling = () if not own or not (none := program.chain.contradiction()) else program.ruling(none.ruling)
+            if ruling:
+                asked = f"no residual slip, safe or not, obeys this at load factor {load_factor:g}; drop or relax it"
+                raise ModelError(f"{', '.join(ruling)}: {asked}") from None
+            raise
+        return answered(claim, record, program)
 
     @warns_of_odd_values
     @in_turn
@@ -112,12 +118,12 @@ class SafeSlipModel(SafeModel):
             No solver gave an answer that passes the checks.
         """
         safe = self.of_any_set(self._posed(friction), load_factor, listed("constraints", constraints))
-        return self._shown(safe, margin=safe.margin)
+        self.margin.save_value(np.array(safe.margin))
+        return self._shown(safe)
 
-    def of_any_set(self, task: LimitQuestion, load_factor: float, own: Sequence[cp.Constraint] = ()) -> SafeSlip:
+    def of_any_set(self, task: Question, load_factor: float, own: Sequence[cp.Constraint] = ()) -> SafeSlip:
         """The slip with all nodes closed; where none is safe then at any load factor, that of those which the mean load leaves closed."""
         load_factor = finite_number("load_factor", load_factor, least=0.0)
-        task = replace(task, simplify=False) if own else task
         largest = load_factor / task.force * float(np.abs(task.r1).max())
         if largest > _MOST_CYCLIC:
             raise ModelError(
@@ -125,9 +131,8 @@ class SafeSlipModel(SafeModel):
                 "which is lost in their rounding; give less, or check the units of the load cases"
             )
 
-        def safe_of(task: LimitQuestion) -> SafeSlip:
-            program = self._program(margin_problem, half_of(task), own, load_factor=load_factor)
-            return solve_margin(task, load_factor, self._solver, program)
+        def safe_of(task: Question) -> SafeSlip:
+            return self._safe(task, load_factor, own)
 
         unsafe = bool((task.friction <= self._opening).all())
         try:
@@ -141,20 +146,19 @@ class SafeSlipModel(SafeModel):
             safe = safe_of(rest) if rest else safe or safe_of(task)
         return safe
 
-    def _rest(self, task: LimitQuestion) -> LimitQuestion | None:
+    def _rest(self, task: Question) -> Question | None:
         """See `rest_under_mean`."""
         friction = task.friction.tobytes()
         if friction != self._left[0]:
             self._left = friction, rest_under_mean(task)
         return self._left[1]
 
-    def _closed_somewhere(self, task: LimitQuestion) -> bool:
+    def _closed_somewhere(self, task: Question) -> bool:
         """Whether some slip is safe with all nodes closed at some load factor; it is taken to be so where that cannot be told."""
         if (task.friction >= self._closing).all() or task.violation(0.0, np.zeros(task.system.slip_shape)) <= RESIDUAL:
             return True
-        try:
-            closed = solve_margin(task, None, self._solver).exists
-        except SolverError:
+        closed = exists_at_some_load(task, self._solver)
+        if closed is None:
             return True
         if closed:
             self._closing = task.friction
@@ -214,19 +218,29 @@ def safe_slip(
     return model.of_any_set(model._posed(friction), load_factor)
 
 
-def solve_margin(task: LimitQuestion, load_factor: float | None, solver: str | None, program: SafeSet | None = None) -> SafeSlip:
-    """Largest margin of a safe slip at a load factor, or (None) at the best one; in a program that is there already, or in one of its own."""
-    v = program
-    if v is None:
-        v = safe_set(half_of(task))
-        v.ask(v.task, load_factor)
-        v = v.posed(margin_problem(v, free_load_factor=load_factor is None))
+def judged(program: Program, margin: cp.Variable, load_factor: float) -> SafeSlip:
+    """The slip that stands in a program of the margin, judged by its reserve, and by the multipliers."""
+    task, value, slip, proof = program.task, float(margin.value), program.slip, program.chain.proof
+    bounds, p = program.bounds(), task.states(load_factor, slip)[1][:, -1]
+    pull = float(-p.min() / task.force) if value >= 0 else 0.0
+    gap = (abs(proof.bound - value) + proof.defect) / max(1.0, abs(value))
+    residual = max(gap, value - task.reserve(load_factor, slip), pull, task.beyond(slip), program.own_violation)
+    record = SolveRecord(residual=float(np.nan_to_num(residual, nan=np.inf)))
+    bound, rate = proof.bound + proof.defect, float(np.sum(bounds * p))
+    return SafeSlip(load_factor, slip, record, task, program.motion, value, bound, rate, constraints=tuple(program.own))
+
+
+def exists_at_some_load(task: Question, solver: str | None) -> bool | None:
+    """Whether some slip is safe at some load factor; None where neither is proven."""
+    x = models.unknowns(task.slip_shape, range(len(task.r1)))
+    program = listed_rows(task, x, cp.Parameter(task.system.nodes, nonneg=True, name="f"))
+    program = program.compiled(cp.Problem(cp.Minimize(x.load_factor), [*program.rows, x.load_factor >= 0]), task.load_unit)
+
+    def judged() -> SolveRecord:
+        return SolveRecord(residual=task.violation(program.load_factor, program.slip))
+
     try:
-        found = solve(v.problem, lambda: judged_margin(v, load_factor), solver)
-    except NoOptimum:
-        if v.own.rows and (excess := contradiction(v.problem, solver)).bound > RESIDUAL:
-            ruling = ", ".join(name for name in v.own.names if name in excess.ruling)
-            raise ModelError(f"{ruling}: no residual slip, safe or not, obeys this at load factor {load_factor:g}; drop or relax it") from None
-        raise
-    v.own.save()
-    return answered(found, v)
+        program.chain.solve(judged, solver)
+    except SolverError:
+        return False if program.chain.contradiction(solver) else None
+    return True

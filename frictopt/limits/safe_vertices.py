@@ -1,10 +1,7 @@
 """Slips that the contact can hold at a load factor, the furthest ones in given directions: starts of transients.
 
-In full, with dimensionless nodal tractions::
-
-    max direction tractions    s.t.   |q_k| <= f p_k,  p_k >= 0   where   q_k = q0 + lam q1_k + A v,   p_k = p0 + lam p1_k + B v
-
-A slide of the whole body, where nothing resists one, has no part in it; a bound `abs(v) <= slip_bound` counts with its slide.
+A slide of the whole body, where nothing resists one, has no part in it; a bound `abs(v) <= slip_bound` counts with its slide. For the program see
+`models.furthest`.
 """
 
 from collections.abc import Iterable
@@ -14,65 +11,55 @@ import cvxpy as cp
 import numpy as np
 
 from ..contact import Array, ContactSystem, LoadCycle, SolveRecord, finite_array, finite_number, frozen, warns_of_odd_values
-from ..solve.solvers import NoOptimum, solve
-from .friction_bounds import safe_set
-from .parts import on_whole
-from .question import LimitQuestion, pose
-from .safe_set import SafeSet
-
-
-def admissible_problem(v: SafeSet) -> cp.Problem:
-    """The slip that is safe at the given load factor of `v` and goes furthest in a direction, in dimensionless tractions."""
-    along = cp.Parameter(v.traction.size, name="direction") @ v.traction
-    return v.program(cp.Maximize(along), v.stuck(None))
+from ..solve.solvers import NoOptimum
+from .models import furthest, unknowns
+from .programs import listed_rows
+from .question import Question, pose
 
 
 class AdmissibleSlips:
-    """The furthest admissible slips of one contact under one load after the other.
+    """The furthest admissible slips of one contact under one load after the other, with given nodes open.
 
     Parameters
     ----------
     task
-        The contact, friction and slip bound, and loads of the size of the others.
+        The contact, friction and slip bound, and its load.
 
     Attributes
     ----------
-    unknowns
-        The unknowns of the programs, see `SafeSet`.
     problem
-        The program of the last load; None before there is one.
+        The program of the last load.
     """
 
-    def __init__(self, task: LimitQuestion) -> None:
-        self.unknowns = safe_set(task)
-        self.problem: cp.Problem | None = None
+    def __init__(self, task: Question) -> None:
+        self._task, n = task, task.system.tangents * task.system.nodes
+        given = cp.Parameter(nonneg=True, name="load_factor", value=0.0)
+        self._x, self._direction = unknowns(task.slip_shape, range(len(task.r1)), given), cp.Parameter(n, name="direction", value=np.zeros(n))
+        program = listed_rows(task, self._x, cp.Parameter(task.system.nodes, nonneg=True, name="f"))
+        self._program = program.compiled(furthest(self._x, self._direction, program.rows), task.force)
+        self.problem = self._program.problem
 
-    def furthest(self, task: LimitQuestion, load_factor: float, directions: Iterable[Array]) -> list[Array | None]:
-        """For each direction of the tractions, (m,), the slip that is safe for a question at a load factor and goes furthest in it, length.
+    def furthest(self, load_factor: float, directions: Iterable[Array]) -> list[Array | None]:
+        """For each direction of the tractions over their units, (t N,), the slip that is safe at a load factor and goes furthest in it, length.
 
-        Of a question on the closed nodes it is that of the whole contact, whose open nodes follow. None in directions in which these slips have no
-        end, and in all where no slip is safe.
+        Open nodes follow the closed ones. None in directions in which these slips have no end, and in all where no slip is safe.
 
         Raises
         ------
         SolverError
             No solver gave an answer that passes the checks.
         """
-        v = self.unknowns
-        v.ask(task, load_factor)
-        if self.problem is None or task.system.tangents > 1:  # in the plane the loads are parameters
-            self.problem = admissible_problem(v)
-        found = list[Array | None]()
+        task, program, found = self._task, self._program, list[Array | None]()
+        self._x.load_factor.value, unit = load_factor, np.tile(task.node_unit, task.system.tangents)
 
         def judged() -> SolveRecord:
-            whole, slip, _ = on_whole(task, v.solved_slip, None)
-            return SolveRecord(residual=whole.violation(load_factor, slip))
+            return SolveRecord(residual=task.violation(load_factor, program.slip))
 
         for along in directions:
-            self.problem.param_dict["direction"].value = along / (np.abs(along).max(initial=0.0) or 1.0)
+            self._direction.value = along / unit * (task.force / (np.abs(along).max(initial=0.0) or 1.0))
             try:
-                solve(self.problem, judged)
-                found.append(on_whole(task, v.solved_slip, None)[1])
+                program.chain.solve(judged)
+                found.append(program.slip)
             except NoOptimum:
                 found.append(None)
         return found
@@ -122,7 +109,7 @@ def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_f
     (2, 2)
     """
     factor, task = finite_number("load_factor", load_factor, least=0.0), pose(system, cycle, friction, simplify=False)
-    slips, given = AdmissibleSlips(task), finite_array("directions", directions, (None, *system.slip_shape))
+    given = finite_array("directions", directions, (None, *system.slip_shape))
     along = np.moveaxis(given.reshape(len(given), system.nodes, system.tangents), 2, 1).reshape(len(given), system.nodes * system.tangents)
-    found = slips.furthest(task, factor, along[:, slips.unknowns.loaded])
+    found = AdmissibleSlips(task).furthest(factor, along)
     return frozen(np.reshape([slip for slip in found if slip is not None], (-1, *system.slip_shape)))

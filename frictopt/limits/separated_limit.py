@@ -17,7 +17,7 @@ The largest forces and motions come from the load: with F the sum of all nodal f
 
 import time
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import cvxpy as cp
 import numpy as np
@@ -27,12 +27,12 @@ from numpy.typing import ArrayLike
 from ..contact import RESIDUAL, Attempt, ContactSystem, LimitKind, LoadCycle, SolveRecord
 from ..contact.checks import Array, frozen, warns_of_odd_values, whole_number
 from ..errors import FrictoptError
-from ..solve.explain import Explained, Units
+from ..solve.explain import Explained
 from ..solve.solvers import BoundStatus, bounds
 from ..transients.mean_load import unscaled_diagnosis
 from .answered import Answered
-from .parts import border
-from .question import LimitQuestion, pose
+from .open_nodes import border
+from .question import Question, pose
 from .separated_sets import best_open_set, open_set_limit
 from .shakedown import ShakedownModel
 from .shakedown_result import ShakedownLimit
@@ -91,7 +91,6 @@ class SeparatedLimit(Answered, Explained):
     kind: LimitKind
     reason: str
     problem: cp.Problem | None
-    _units: Units
 
     def to_frame(self) -> pd.DataFrame:
         """The DataFrame of the nodes: columns node, its place, slip, open, and gap at the last corner."""
@@ -165,16 +164,14 @@ def separated_limit(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike
         record=SolveRecord("HIGHS", bound.attempts, 0.0 if best is None else best.residual, (), time.perf_counter() - began),
         problem=bound.problem,
         _task=task if best is None else best._task,
-        _units=bound.units,
     )
 
 
 @dataclass(frozen=True, eq=False)
 class CornerProgram:
-    """The program for load factors up to `units["load_factor"]`, and what it considers up to a largest size: moves, gaps and pressures."""
+    """The program for load factors up to a given one, its unit, and what it considers up to a largest size: moves, gaps and pressures."""
 
     problem: cp.Problem
-    units: Units
     limited: tuple[tuple[cp.Expression, Array], ...]
 
     @property
@@ -183,7 +180,7 @@ class CornerProgram:
         return any(bool((np.abs(size.value) > _TOUCHES * most).any()) for size, most in self.limited)
 
 
-def corner_program(task: LimitQuestion, least: float, most: float, *, open_stay: bool = False) -> CornerProgram:
+def corner_program(task: Question, least: float, most: float, *, open_stay: bool = False) -> CornerProgram:
     """The program for load factors from `least` to `most` > 0, maybe of nodes that stay open; forces, lengths and load factors are dimensionless."""
     system, (corners, _, n), f, S = task.system, task.r1.shape, task.friction, task.system.S / task.system.stiffness_scale
     at_zero, cyclic = task.r0.reshape(len(task.r0), -1), most * task.r1.reshape(corners, -1)
@@ -197,7 +194,7 @@ def corner_program(task: LimitQuestion, least: float, most: float, *, open_stay:
 
     lam, v, w = cp.Variable(name="load_factor"), cp.Variable((corners, n), name="slip"), cp.Variable((corners, n), name="gap")
     opened = cp.Variable((corners, n), boolean=True, name="opened")
-    r = each * at_zero / force + lam * (cyclic / force) + cp.hstack([v, w]) @ S
+    r = each * at_zero / force + lam * (cyclic / force) + cp.hstack([v, w]) @ cp.Constant(S, name="S")
     q, p = cp.multiply(1 / unit, r[:, :n]), cp.multiply(1 / unit, r[:, n:])
     before = np.roll(np.eye(corners), -1, axis=0).T  # row k takes corner k - 1
     either, moved = opened + before @ opened, v - before @ v
@@ -214,8 +211,7 @@ def corner_program(task: LimitQuestion, least: float, most: float, *, open_stay:
         "most": lam <= 1,
     } | ({"open_stay": opened == before @ opened} if open_stay else {})
     problem = cp.Problem(cp.Maximize(lam), [row.set_label(name) for name, row in rows.items()])
-    units: Units = {"load_factor": most, "slip": length, "gap": length}
-    return CornerProgram(problem, units, ((moved, most_slip), (w, most_gap), (p, most_pressure)))
+    return CornerProgram(problem, ((moved, most_slip), (w, most_gap), (p, most_pressure)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,10 +223,9 @@ class _Bound:
     up_to: float = np.inf
     attempts: tuple[Attempt, ...] = ()
     problem: cp.Problem | None = None
-    units: Units = field(default_factory=dict)
 
 
-def _bound(task: LimitQuestion, best: ShakedownLimit | None, most_nodes: int) -> _Bound:
+def _bound(task: Question, best: ShakedownLimit | None, most_nodes: int) -> _Bound:
     """The bound over ever wider ranges of load factors, as long as a state comes to their end."""
     largest, booleans = 0.0 if best is None else best.load_factor, task.r1[:, -1].size
     if largest == np.inf:
@@ -258,10 +253,10 @@ def _bound(task: LimitQuestion, best: ShakedownLimit | None, most_nodes: int) ->
             break
     else:
         why = "no bound, for at the corners the mixed-integer program allows states at any load factor"
-    return _Bound(value, why, up_to, tuple(attempts), program.problem, program.units)
+    return _Bound(value, why, up_to, tuple(attempts), program.problem)
 
 
-def _better_set(task: LimitQuestion, best: ShakedownLimit | None, bound: _Bound, most_nodes: int) -> ShakedownLimit | None:
+def _better_set(task: Question, best: ShakedownLimit | None, bound: _Bound, most_nodes: int) -> ShakedownLimit | None:
     """The limit of the open nodes of the best state in which none closes, by the program, if it is above that of the best set so far.
 
     The load factors are those of the bound, and then far larger ones: nodes that corners lift may rest open again far above where they slip.
@@ -277,7 +272,7 @@ def _better_set(task: LimitQuestion, best: ShakedownLimit | None, bound: _Bound,
     return None
 
 
-def _reason(task: LimitQuestion, best: ShakedownLimit | None, bound: _Bound, proven: bool) -> str:
+def _reason(task: Question, best: ShakedownLimit | None, bound: _Bound, proven: bool) -> str:
     if best is None:
         none = f", and the mixed-integer program finds none at load factors up to {bound.up_to:.6g}" if proven else ""
         return f"no set of open nodes is known to rest{none}: {unscaled_diagnosis(task.system, task.cycle, task.friction)}"

@@ -5,15 +5,14 @@ The limit of a contact with a given set of open nodes is that of its closed node
 
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import replace
 
 import numpy as np
 
 from ..contact import RESIDUAL, Booleans, LimitKind, SolveRecord
 from ..errors import FrictoptError, SolverError
 from .answered import Mechanism
-from .parts import compliance, open_under_mean, rest_of
-from .question import LimitQuestion
+from .open_nodes import open_under_mean
+from .question import Question, with_open
 from .shakedown import ShakedownModel
 from .shakedown_result import ShakedownLimit
 
@@ -21,7 +20,7 @@ _RULING = 6  # nodes with the largest shares of the mechanism that are moved one
 _FURTHER = 16  # sets without a limit from which others are tried
 
 
-def best_open_set(task: LimitQuestion, most_sets: int) -> ShakedownLimit | None:
+def best_open_set(task: Question, most_sets: int) -> ShakedownLimit | None:
     """The largest limit of the sets of open nodes that are tried, at most so many; None if no load factor keeps one of them.
 
     The first one is that of `shakedown_limit`. From the best set so far those next to it are tried, see `_moved`, as long as one is better; from sets
@@ -71,7 +70,7 @@ def _moved(opened: Booleans, active: list[int], plane: bool) -> Iterator[Boolean
             yield other
 
 
-def open_set_limit(model: ShakedownModel, task: LimitQuestion, opened: Booleans, above: float = -np.inf) -> ShakedownLimit | None:
+def open_set_limit(model: ShakedownModel, task: Question, opened: Booleans, above: float = -np.inf) -> ShakedownLimit | None:
     """The limit with the nodes `opened` (N,) open and the others closed; None if no load factor has such a state, or it leaves a body free.
 
     Raises
@@ -81,20 +80,19 @@ def open_set_limit(model: ShakedownModel, task: LimitQuestion, opened: Booleans,
     """
     if opened.all():
         return _all_open(task)
-    rest = rest_of(task, opened) if opened.any() else task
+    rest = with_open(task, opened)
     limit = None if rest is None else model.of_set(rest, above=above)
     return None if limit is None or np.isnan(limit.load_factor) else limit
 
 
-def _all_open(task: LimitQuestion) -> ShakedownLimit | None:
+def _all_open(task: Question) -> ShakedownLimit | None:
     """The load factors at which all nodes are open: where no gap closes at any corner."""
     n, (corners, axes, _), still = task.system.nodes, task.r1.shape, np.zeros(task.system.slip_shape)
-    give = compliance(task.system, np.ones(n, dtype=bool))
-    if give is None:
+    opened = with_open(task, np.ones(n, dtype=bool))
+    if opened is None or opened.give is None:
         return None
-    opened = replace(task, closed=np.zeros(n, dtype=bool), give=give)
-    u, _ = opened.states(0.0, still)
-    gap, rates = u[:, -1], (-task.r1.reshape(corners, -1) @ give)[:, -n:]
+    give, u = opened.give, opened.states(0.0, still)[0]
+    gap, rates = np.broadcast_arrays(*opened.w)
     rate = rates if task.fixed else np.broadcast_to(rates.min(axis=0), rates.shape)
     least = float(np.divide(-gap, rate, out=np.where(gap < 0, np.inf, 0.0), where=rate > 0).max(initial=0.0))
     touching = np.divide(gap, -rates, out=np.full(gap.shape, np.inf), where=rates < 0)
@@ -106,6 +104,6 @@ def _all_open(task: LimitQuestion) -> ShakedownLimit | None:
         raise SolverError(f"open set: the states at the limit violate the contact law by {residual:.1e} (tolerance {RESIDUAL:g})")
     press, touch = np.zeros((corners, n)), np.unravel_index(int(touching.argmin()), touching.shape)
     press[touch] = -1 / rates[touch] if finite else 0.0
-    motion = Mechanism((-press @ give[-n:]).reshape(corners, axes, n), np.zeros(n), open=~opened.closed)
+    motion = Mechanism((-press @ give[-n:]).reshape(corners, axes, n), np.zeros(n), open=opened.open)
     kind, slip = (LimitKind.FINITE, u[0, :-1].T.reshape(still.shape)) if finite else (LimitKind.UNBOUNDED, np.full_like(still, np.nan))
     return ShakedownLimit(load_factor, slip, SolveRecord(residual=residual), opened, motion, kind, load_factor, least)

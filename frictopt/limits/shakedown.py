@@ -1,15 +1,10 @@
-"""The shakedown limit lambda_2: no residual slip is safe above it (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987), the same nodes closed.
+"""The shakedown limit: the largest load factor at which some residual slip keeps every node closed and stuck at every corner of the load cycle.
 
-Safe slips and load factors are a convex set, so the safe load factors are an interval. It begins at 0 if some slip is safe under the mean load
-alone, else at::
-
-    min lam   s.t.   v safe at lam, see below
-
+Safe load factors are an interval. It begins at 0 if some slip is safe under the mean load alone, else at the least load factor of the same program.
 Its dual is a mechanism of negative drive: the mean load does work on it, which more cyclic load takes up.
 """
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from time import perf_counter
@@ -19,35 +14,20 @@ import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact import RESIDUAL, Array, ContactSystem, LimitKind, LoadCycle, SolveRecord, listed, warns_of_odd_values
+from ..contact import GROWN, RESIDUAL, ContactSystem, LimitKind, LoadCycle, SolveRecord, listed, warns_of_odd_values
+from ..contact.diagnosis import growth_diagnosis
 from ..errors import ModelError, SolverError
-from ..solve.solvers import solve
-from .judge import answered, judged, judged_by_rows, refuted
-from .parts import half_of, on_whole, rest_under_mean
-from .plain_limits import by_one_node, by_scaling, in_closed_form, no_limit, no_limit_under
-from .question import LimitQuestion
+from .answered import Mechanism, answered
+from .models import least_load, shakedown
+from .open_nodes import rest_under_mean
+from .programs import Program
+from .question import Question
 from .safe_model import SafeModel, in_turn
-from .safe_set import SafeSet
 from .shakedown_result import ShakedownLimit
 
 
-def shakedown_problem(v: SafeSet) -> cp.Problem:
-    """Largest load factor lam at which some residual slip v keeps every node closed and stuck at every corner k of the load cycle.
-
-    In full::
-
-        max lam   s.t.   |q_k| <= f p_k,  p_k >= 0   where   q_k = q0 + lam q1_k + A v,   p_k = p0 + lam p1_k + B v
-
-    The rows of `v.stuck` are intervals in the plane, of the corners that rule them (`Intervals`), and circles in space (`Circles`).
-    """
-    lam = v.load_factor
-    return v.program(cp.Maximize(lam), {**v.stuck(lam), "load_factor_not_negative": lam >= 0})
-
-
 class ShakedownModel(SafeModel):
-    """The shakedown limit of one system under one load cycle for any friction; in the plane its program is compiled once.
-
-    Threads that ask one model wait for each other. Theory, eq. (7).
+    """The shakedown limit of one system under one load cycle for any friction; its program is compiled once. Theory, eq. (7).
 
     Parameters
     ----------
@@ -57,12 +37,10 @@ class ShakedownModel(SafeModel):
         Largest slip `|v|` that assembly can leave, one or one per node, length; None for no bound. A slide of the whole body counts:
         where nothing resists one, the program chooses it.
     simplify
-        Leave out what cannot change the answer: the linear program of an uncoupled plane contact; the images of nodes of a contact that one or two
-        planes mirror, loads too; in space corners within the hull of the others. Corners that rule no node never have rows in the plane.
+        Leave out what cannot change the answer: corners within the hull of the others, and in the plane rows that others stand for.
     solver
         One of "HIGHS", "CLARABEL", "HIGHS_IPM" (in space "CLARABEL_DIRECT", "CLARABEL", "INTERIOR_POINT", which for large contacts comes first);
         by default each in this order until an answer passes.
-        Asking for a solver asks for the linear program even where there is a closed form.
 
     Raises
     ------
@@ -101,7 +79,7 @@ class ShakedownModel(SafeModel):
         constraints
             cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units, and on variables of your own. They are linear, or
             of abs, max, norms and the like: the multipliers of rows and second-order cones prove the limit. `bound` and `residual` cover them. The
-            whole contact is solved then, and in the plane the program is compiled once for the same constraints. Nodes may stay open where no slip
+            program is compiled once for the same constraints. Nodes may stay open where no slip
             keeps all closed without the constraints: q and p are 0 there, and the slip is that under the mean load.
         objective
             What shall be largest over the safe slips, instead of the load factor: a concave cvxpy expression on the same, also linear or of abs, max,
@@ -131,7 +109,7 @@ class ShakedownModel(SafeModel):
         own = listed("constraints", constraints)
         return self._shown(self.of_any_set(self._posed(friction), own, objective))
 
-    def of_any_set(self, task: LimitQuestion, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> ShakedownLimit:
+    def of_any_set(self, task: Question, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> ShakedownLimit:
         """The limit with all nodes closed; where no slip is safe then, that of those which the mean load leaves closed, if there is one."""
         limit, none = self.of_set(task, own, objective), (LimitKind.NO_SAFE_SLIP, ())
         if (limit.kind, limit.constraints) == none and (rest := rest_under_mean(task)):  # no slip is safe, whatever constraints of the user's own ask
@@ -140,43 +118,40 @@ class ShakedownModel(SafeModel):
         return limit
 
     def of_set(
-        self, task: LimitQuestion, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None, above: float = -np.inf
+        self, task: Question, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None, above: float = -np.inf
     ) -> ShakedownLimit:
-        """The limit of closed nodes, see `rest_of`, maybe by the user's rows or objective; a SolverError once it is proven not to be `above` one."""
-        under, solver = bool(own) or objective is not None, self._solver
-        plane, known = task.system.tangents == 1, None
-        if plane and task.simplify and not under and solver is None and task.lift is None and task.uncoupled and (known := in_closed_form(task)):
-            return known
-        v = self._program(shakedown_problem, task if under else half_of(task), own, objective)
-        unpressed = not (plane or task.r0.any() or task.w0.any())
-        if found := v.helpless():
-            known = by_one_node(v, *found, solver)
-        elif unpressed and not under:
-            known = by_scaling(task, solver)
-        if known and not (under and known.kind is LimitKind.FINITE):
-            return known
+        """The limit with given nodes open; a SolverError once it is proven not to be `above` a load factor."""
+        unit = task.load_unit if objective is None else 1.0
+        program = self._program(task, own, objective, lambda each: shakedown(each.x, each.rows), "shakedown", unit)
+        claimed = partial(judged, program, objective is not None, above=above)
+        claim, record = program.chain.solve(
+            claimed, self._solver, no_optimum=lambda: without_limit(program, objective is not None, self._solver), above=above
+        )
+        limit = answered(claim, record, program)
+        if limit.kind is LimitKind.NO_SAFE_SLIP or objective is not None:
+            return limit
+        slips = [] if own else [np.zeros(task.slip_shape)] + [limit.slip] * (limit.kind is LimitKind.FINITE)
+        if any(task.violation(0.0, slip) <= RESIDUAL for slip in slips):
+            return replace(limit, least=0.0)
+        return self._with_least(limit, program)
 
-        def no_limit_here() -> ShakedownLimit | None:
-            claim = (None if under else refuted(v)) or no_limit(task, solver)
-            return claim if not under or (claim and claim.kind is LimitKind.NO_SAFE_SLIP) else no_limit_under(v, solver)
-
-        claimed = partial(judged_by_rows, v) if under else partial(judged, v, above=above)
+    def _with_least(self, limit: ShakedownLimit, program: Program) -> ShakedownLimit:
+        """The limit with the least safe load factor, by a program of its own; nan where no solver gives one that passes the checks."""
+        values = [
+            (part, part.value)
+            for part in (*program.problem.variables(), *(dual for row in program.problem.constraints for dual in row.dual_variables))
+        ]
+        downward = replace(program).compiled(least_load(program.x, program.rows), program.task.load_unit)
         try:
-            limit = known or answered(solve(v.problem, claimed, solver, no_optimum=no_limit_here, above=above / v.task.load_unit), v)
-        except SolverError:  # circles that end in their apex leave solvers few digits
-            known = by_scaling(task, solver) if unpressed and under else None
-            if not known:
-                raise
-        if known:
-            raise ModelError(f"constraints, objective: whatever they ask, {known.reason}; leave them out")
-        if under:
-            v.own.save()
-        if limit.kind is not LimitKind.NO_SAFE_SLIP and limit.objective is None:
-            plain = limit.kind is LimitKind.FINITE and not v.own.rows and limit._task.violation(0.0, limit.slip) <= RESIDUAL
-            limit = replace(limit, least=0.0) if plain else with_least_load(limit, v, solver)
-        if limit.kind is LimitKind.FINITE:  # in space the limit is what its slip carries
-            v.load_factor.save_value(np.array(limit.load_factor / v.task.load_unit))
-        return limit
+            lower, found = downward.chain.solve(lambda: judged(downward), self._solver)
+        except SolverError:  # rounding hides whether some slip is safe under the mean load: the limit stands, the least load factor is not known
+            return limit
+        finally:
+            for part, value in values:
+                part.save_value(value)
+        attempts, seconds = (*limit.record.attempts, *found.attempts), perf_counter() - program.task.started
+        record = replace(limit.record, attempts=attempts, residual=max(limit.residual, lower.residual), seconds=seconds)
+        return replace(limit, least=lower.load_factor, record=record)
 
     @warns_of_odd_values
     def sweep(self, frictions: Any, constraints: Sequence[cp.Constraint] = ()) -> pd.DataFrame:
@@ -253,48 +228,49 @@ def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:
     return {"friction": float(np.mean(friction)), **found, "friction_rate": rate, "node": node, **along, "solver": limit.record.solver}
 
 
-def with_least_load(limit: ShakedownLimit, v: SafeSet, solver: str | None) -> ShakedownLimit:
-    """The limit that a program has given, with the least safe load factor: by one more program only if nothing at hand shows that it is 0.
+def judged(program: Program, chosen: bool = False, above: float = -np.inf) -> ShakedownLimit:
+    """The limit that stands in a program, judged by the referee, and by its multipliers; `chosen` by an objective of the user's own.
 
-    It is 0 if the slip of the limit, or no slip, is safe under the mean load; nan where no solver gave one that passes the checks. What stands in the
-    variables and multipliers stays there.
+    Raises
+    ------
+    SolverError
+        The multipliers prove that no limit is `above` a load factor: however far it is from the best one, no better one is looked for.
     """
-    slips = ([limit.slip] if limit.kind is LimitKind.FINITE else []) + ([] if limit.constraints else [np.zeros_like(limit.slip)])
-    if any(_excess_under_mean(limit, v, slip) <= RESIDUAL for slip in slips):
-        return replace(limit, least=0.0)
-    with _kept(v.problem):
-        downward = v.posed(cp.Problem(cp.Minimize(v.load_factor), v.problem.constraints), v.own)
-        try:
-            lower, found = solve(downward.problem, lambda: _claimed(limit, downward), solver)
-        except SolverError:  # rounding hides whether some slip is safe under the mean load: the limit stands, the least load factor is not known
-            return limit
-    attempts, seconds = (*limit.record.attempts, *found.attempts), perf_counter() - v.task.started
-    record = replace(limit.record, attempts=attempts, residual=max(limit.residual, lower.residual), seconds=seconds)
-    return replace(limit, least=lower.load_factor, record=record)
+    task, load_factor, slip, proof = program.task, program.load_factor, program.slip, program.chain.proof
+    upward = isinstance(program.problem.objective, cp.Maximize)
+    bound = proof.bound + proof.defect if upward else proof.bound - proof.defect
+    if bound <= above:
+        raise SolverError(f"the limit is at most {bound:g}, so not above {above:g}")
+    residual = float(np.nan_to_num(max(task.violation(load_factor, slip), proof.gap, program.own_violation), nan=np.inf))
+    names = (*program.own, "objective") if chosen else tuple(program.own)
+    limit = ShakedownLimit(load_factor, slip, SolveRecord(residual=residual), task, program.motion, LimitKind.FINITE, bound, constraints=names)
+    if not chosen:
+        return limit
+    why = "no safe residual slip makes the objective larger; the load factor is the one that it chooses, no limit"
+    return replace(limit, _why=why, objective=proof.value)
 
 
-def _claimed(limit: ShakedownLimit, v: SafeSet) -> ShakedownLimit:
-    """The least load factor that stands in the program, judged by the referee and by its mechanism; 0 if its slip is safe under the mean load."""
-    if (excess := _excess_under_mean(limit, v, on_whole(v.task, v.solved_slip, None)[1])) <= RESIDUAL:
-        return replace(limit, load_factor=0.0, record=SolveRecord(residual=excess))
-    return judged_by_rows(v) if limit.constraints else judged(v, least=True)
+def without_limit(program: Program, chosen: bool, solver: str | None) -> ShakedownLimit | None:
+    """The answer that nothing is safe at any load factor, or that all are from one on, each proven; None where neither is.
 
-
-def _excess_under_mean(limit: ShakedownLimit, v: SafeSet, slip: Array) -> float:
-    """By how much a slip is not safe under the mean load alone, or violates the user's own rows there, if they are: then it stands in them."""
-    load_factor = v.load_factor
-    value = load_factor.value
-    load_factor.save_value(np.zeros(()))
-    excess = max(limit._task.violation(0.0, slip), v.own.violation)
-    load_factor.save_value(value)
-    return float(np.nan_to_num(excess, nan=np.inf))
-
-
-@contextmanager
-def _kept(problem: cp.Problem) -> Iterator[None]:
-    """Puts back what stands in the variables and multipliers of a program."""
-    duals = [variable for row in problem.constraints for variable in row.dual_variables]
-    values = [(variable, variable.value) for variable in (*problem.variables(), *duals)]
-    yield
-    for variable, value in values:
-        variable.save_value(value)
+    Raises
+    ------
+    ModelError
+        An objective without a largest value.
+    """
+    task, names = program.task, (*program.own, "objective") if chosen else tuple(program.own)
+    unsafe = np.full(task.slip_shape, np.nan)
+    if none := program.chain.contradiction(solver):
+        ruling, record = program.ruling(none.ruling), SolveRecord(residual=none.residual)
+        limit = ShakedownLimit(np.nan, unsafe, record, task, program.motion, LimitKind.NO_SAFE_SLIP, np.nan)
+        why = f"no residual slip that is safe at any load factor{task.pattern} obeys {', '.join(ruling)}: drop or relax them"
+        return replace(limit, constraints=names, _why=why) if ruling else limit
+    if not (more := program.chain.growth(solver)):
+        return None
+    if chosen:
+        raise ModelError("objective: it grows without end over the safe slips; subtract what it costs, or bound it by a constraint")
+    still, record = Mechanism(np.zeros_like(task.r1), task.friction), SolveRecord(residual=more.residual)
+    growth = program.chain.value_along(more, program.x.load_factor)
+    slip = program.chain.value_along(more, program.x.slip) / growth
+    why = growth_diagnosis(task.friction, task.parts[2:], task.change(slip), GROWN * task.mean_bound / task.load_unit) if not names else ""
+    return ShakedownLimit(np.inf, unsafe, record, task, still, LimitKind.UNBOUNDED, np.inf, constraints=names, _why=why)

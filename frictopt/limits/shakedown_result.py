@@ -22,8 +22,8 @@ from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import ModelError, SolverError
 from ..transients.mean_load import unscaled_diagnosis
 from .answered import Mechanism, Rated
-from .parts import border
-from .question import LimitQuestion
+from .open_nodes import border
+from .question import Question
 
 _WEIGHT = ROUNDING  # weights of slip below this share of the stresses that they are sums of are zero
 
@@ -117,7 +117,7 @@ class LeastSlip(Shown, Plotted):
         return frame({"node": nodes, **where, "weight": self.weight[nodes], "alone": alone, **weights})
 
 
-def least_slip(task: LimitQuestion, motion: Mechanism, limit: float, load_factor: float, residual: float) -> LeastSlip:
+def least_slip(task: Question, motion: Mechanism, limit: float, load_factor: float, residual: float) -> LeastSlip:
     """The bound that a mechanism of unit drive and the limit that it proves give at a load factor."""
     system, axes = task.system, task.system.tangents + 1
     g, h = parted(motion.moves.reshape(len(motion.moves), -1) @ system.S, axes)
@@ -229,7 +229,7 @@ class ShakedownLimit(Rated):
     @property
     def _ruling(self) -> int:
         """The node that moves most in the mechanism."""
-        return int(np.where(self._task.closed, self._motion.size + self._motion.opening, 0.0).sum(axis=0).argmax())
+        return int(np.where(self._task.open, 0.0, self._motion.size + self._motion.opening).sum(axis=0).argmax())
 
     @property
     def _border(self) -> str:
@@ -238,7 +238,7 @@ class ShakedownLimit(Rated):
         if self.kind is not LimitKind.FINITE:
             return ""
         if task.give is not None:
-            return border(task.system, ~task.closed, node, self.reactions[1])
+            return border(task.system, task.open, node, self.reactions[1])
         pulled = self._rated and task.r0[:, -1, node].max() < 0
         return f"; residual slip alone presses node {node}, which rules: separated_limit may find more with it open" if pulled else ""
 

@@ -10,15 +10,10 @@ corrected in the equations on the left. The steps are those of Mehrotra on the h
 (Andersen, Roos & Terlaky 2003).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from time import process_time
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
-from cvxpy.constraints import SOC
-from cvxpy.reductions.solvers.conic_solvers.clarabel_conif import CLARABEL
-from cvxpy.reductions.solvers.conic_solvers.conic_solver import ConicSolver
 from scipy.sparse import csr_array
 
 from ..contact import FLOOR, Array
@@ -36,40 +31,23 @@ _STAY = 0.98  # share of the way to the boundary of the cones
 _SURELY = 1e6  # times the error of a bound that it must bear: it holds for unknowns so many times as large
 
 
-class InteriorPoint(CLARABEL):  # type: ignore[misc]
-    """The solver in the order of rows and in the terms of Clarabel's, for `cvxpy.Problem.solve(solver=InteriorPoint())`.
+def interior_point(
+    matrix: csr_array, right: Array, cost: Array, zero: int, nonneg: int, soc: Sequence[int], above: float = -np.inf
+) -> tuple[str, Array, Array]:
+    """Status, in the words of Clarabel, variables and multipliers of `min cost @ x` over the x whose slacks `right - matrix @ x` are in cones.
 
-    It ends early where multipliers prove that the largest objective is not `above` a number.
+    The first slacks are zero, the next ones >= 0, and the rest are in cones of the sizes `soc`. It ends early where multipliers prove that the
+    largest `-cost @ x` is not `above` a number.
     """
-
-    SUPPORTED_CONSTRAINTS = (*ConicSolver.SUPPORTED_CONSTRAINTS, SOC)
-
-    def __init__(self, above: float = -np.inf) -> None:
-        super().__init__()
-        self._above = above
-
-    def name(self) -> str:
-        """Its name."""
-        return "INTERIOR_POINT"
-
-    def import_solver(self) -> None:
-        """Nothing to import."""
-
-    def supports_quad_obj(self) -> bool:
-        """Whether objectives may be quadratic: as cones only."""
-        return False
-
-    def solve_via_data(self, data: Any, warm_start: bool, verbose: bool, solver_opts: Any, solver_cache: Any = None) -> SimpleNamespace:
-        """See `ConicSolver`; nothing but the data counts."""
-        started, zero, dims = process_time(), data["dims"].zero, data["dims"]
-        sizes = np.array(dims.soc, dtype=int)
-        starts = dims.nonneg + np.cumsum(sizes) - sizes
-        groups = [np.arange(dims.nonneg)[:, None], *(starts[sizes == d][:, None] + np.arange(d) for d in np.unique(sizes))]
-        program = Condensed(csr_array(data["A"]), data["b"], data["c"], zero)
-        status, y, z, steps = _solved(program, Cones([group for group in groups if group.size]), self._above + program.constant)
-        x, multipliers = program.whole(y, z)
-        found = {"x": x, "z": multipliers, "obj_val": float(data["c"] @ x), "status": status}
-        return SimpleNamespace(**found, iterations=steps, solve_time=process_time() - started)
+    sizes = np.array(soc, dtype=int)
+    starts = nonneg + np.cumsum(sizes) - sizes
+    groups = [np.arange(nonneg)[:, None], *(starts[sizes == d][:, None] + np.arange(d) for d in np.unique(sizes))]
+    try:
+        program = Condensed(csr_array(matrix), right, cost, zero)
+        status, y, z, _ = _solved(program, Cones([group for group in groups if group.size]), above + program.constant)
+    except (ArithmeticError, np.linalg.LinAlgError) as error:  # rounding; or of equations that depend on each other
+        return str(error), np.zeros(len(cost)), np.zeros(len(right))
+    return status, *program.whole(y, z)
 
 
 @dataclass(frozen=True)

@@ -16,84 +16,9 @@ import cvxpy as cp
 import numpy as np
 from highspy import Highs
 
-from ..contact import RESIDUAL, Array, Attempt, SolveRecord, shown
+from ..contact import RESIDUAL, Attempt, SolveRecord, shown
 from ..errors import ModelError, SolverError
-from .interior_point import InteriorPoint
-from .standard_form import StandardForm, polish
 
-
-@dataclass(frozen=True, eq=False)
-class Contradiction:
-    """The least excess by which the rows and cones of a program cannot hold.
-
-    Attributes
-    ----------
-    value, bound
-        That of a solution, and the least that the multipliers prove: above 0, the rows contradict each other (Farkas's lemma).
-    ruling
-        Names of the rows with multipliers.
-    residual
-        Distance of value and bound where they do not prove an excess.
-    z
-        The variables of the solution, in the order of the program's columns.
-    """
-
-    value: float
-    bound: float
-    ruling: frozenset[str]
-    residual: float
-    z: Array
-
-
-def contradiction(problem: cp.Problem, solver: str | None) -> Contradiction:
-    """The least `e >= 0` by which all slacks but those of equations must be raised to be in their cones.
-
-    Raises
-    ------
-    SolverError
-        No solver gave an answer that passes the checks.
-    """
-    form = StandardForm(problem)
-    return _least_excess(form, form.right, None, solver)
-
-
-def is_unbounded(problem: cp.Problem, solver: str | None) -> Contradiction | None:
-    """Proof that a program that has a solution has no largest one, for its objective can grow while no slack falls; None if it cannot.
-
-    Raises
-    ------
-    SolverError
-        No solver gave an answer that passes the checks.
-    """
-    form = StandardForm(problem)
-    growing = _least_excess(form, np.zeros(len(form.right)), form.objective, solver)
-    return None if max(growing.bound, growing.value) > RESIDUAL else growing
-
-
-def _least_excess(form: StandardForm, right: Array, objective: Array | None, solver: str | None) -> Contradiction:
-    """The least excess of slacks `right - matrix @ z`, and of `objective @ z >= 1` where there is an objective."""
-    z, excess = cp.Variable(form.matrix.shape[1], name="z"), cp.Variable(name="excess")
-    s, names = right - form.matrix @ z, np.array([row.label for row in form.rows for _ in range(row.size)])
-    rows, extra = [excess >= 0], [] if objective is None else [objective @ z + excess >= 1]
-    rows += [s[: form.zero] == 0] if form.zero else []
-    for cone in form.cones:
-        bound, across = s[cone[:, 0]] + excess, cone[:, 1:]
-        rows += [cp.SOC(bound, cp.reshape(s[across.ravel()], across.shape, order="C"), axis=1) if across.size else bound >= 0]
-    linear, cones = ([i for cone in form.cones if (cone.shape[1] > 1) is wide for i in cone.ravel()] for wide in (False, True))
-    labels = [*names[: form.zero], "", *names[linear], *([""] * len(extra)), *names[cones]]
-    problem = cp.Problem(cp.Minimize(excess), [*rows, *extra])
-
-    def claim() -> Contradiction:
-        relaxed = StandardForm(problem)
-        value, bound = (-side for side in relaxed.bounds)
-        ruling = frozenset(label for label, y in zip(labels, relaxed.y, strict=True) if y > RESIDUAL)
-        return Contradiction(value, bound, ruling, 0.0 if bound > RESIDUAL else abs(value - bound), z.value)
-
-    return solve(problem, claim, solver)[0]
-
-
-# Primal simplex without presolve: v = 0 is often feasible and the rows are dense, which makes it 2 to 4 times faster here than the default.
-_HIGHS = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "time_limit": 600.0, "small_matrix_value": 1e-12}
 # Of a mixed-integer program only the status is taken, so that tolerances matter little. HiGHS 1.15 calls feasible ones infeasible when they are much
 # tighter than these, and crashes on infeasible ones without presolve.
 _HIGHS_MIP = {"mip_feasibility_tolerance": 1e-8, "primal_feasibility_tolerance": 1e-8, "mip_rel_gap": 0.0, "mip_abs_gap": 0.5, "time_limit": 600.0}
@@ -103,8 +28,6 @@ _HIGHS_BOUND = {**_HIGHS_MIP, "mip_rel_gap": 1e-7, "mip_abs_gap": 0.0, "mip_heur
 _CLARABEL = {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10, "max_iter": 200, "max_threads": 1, "time_limit": 600.0}
 _OPTIONS: MappingProxyType[str, Mapping[str, object]] = MappingProxyType(
     {
-        "HIGHS": {"highs_options": {"solver": "simplex", "simplex_strategy": 4, "presolve": "off", **_HIGHS}},
-        "HIGHS_IPM": {"highs_options": {"solver": "ipm", "ipm_iteration_limit": 200, **_HIGHS}},  # else it may go on for minutes
         "CLARABEL": _CLARABEL,
         "CLARABEL_DIRECT": {**_CLARABEL, "equilibrate_enable": False},  # ends more exactly on condensed contacts: fewer need the polish
         "OSQP": {
@@ -114,7 +37,6 @@ _OPTIONS: MappingProxyType[str, Mapping[str, object]] = MappingProxyType(
             "polishing": False,
             "scaling": 0,
         },  # three digits, for Newton's method to go on from
-        "INTERIOR_POINT": {"canon_backend": "SCIPY"},  # compiles the dense block faster than cvxpy's own one
         "HIGHS_MIP": {"highs_options": _HIGHS_MIP},
     }
 )
@@ -138,7 +60,6 @@ MILP_SOLVERS = ("HIGHS_MIP",)
 LP, MILP, QP = "linear program", "mixed-integer program", "quadratic program"  # kinds, each with its own solvers
 SOCP, LARGE_SOCP = "cone program", "large cone program"
 _SOLVERS = {LP: LP_SOLVERS, MILP: MILP_SOLVERS, QP: QP_SOLVERS, SOCP: SOCP_SOLVERS, LARGE_SOCP: LARGE_SOCP_SOLVERS}
-_LARGE = 400  # unknowns from which on the own interior point is faster than Clarabel
 
 
 class NoOptimum(SolverError):
@@ -161,16 +82,9 @@ C = TypeVar("C", bound=Claim)
 
 
 def solve(
-    problem: cp.Problem,
-    judged: Callable[[], C],
-    solver: str | None = None,
-    *,
-    kind: str | None = None,
-    tolerance: float = RESIDUAL,
-    no_optimum: Callable[[], C | None] | None = None,
-    above: float = -math.inf,
+    problem: cp.Problem, judged: Callable[[], C], solver: str | None = None, *, kind: str | None = None, tolerance: float = RESIDUAL
 ) -> tuple[C, SolveRecord]:
-    """Solve with the first solver whose answer passes, a linear or cone program polished if need be; fall back to the next one otherwise.
+    """Solve a quadratic, cone or mixed-integer program by cvxpy as it stands, with the first solver whose answer passes.
 
     Parameters
     ----------
@@ -184,10 +98,6 @@ def solve(
         Whose solvers are tried; None: that of the problem.
     tolerance
         Largest residual of a claim that passes.
-    no_optimum
-        Proves why there is no optimum, where a solver says so, and makes a claim of it; None where it finds no proof.
-    above
-        Solvers may end as soon as they know that the largest objective is not above it; `judged` then tells.
 
     Returns
     -------
@@ -203,34 +113,32 @@ def solve(
     SolverError
         No solver gave an answer that passes.
     """
-    started, attempts, agreed, linear_goal = perf_counter(), list[Attempt](), True, problem.objective.expr.is_affine()
-    kind = kind or (MILP if problem.is_mixed_integer() else LP if problem.is_lp() else SOCP)
-    if kind == SOCP and linear_goal and sum(variable.size for variable in problem.variables()) >= _LARGE:
-        kind = LARGE_SOCP
-    for name in solver_order(solver, kind):
-        outcome = _run(problem, name, above)
+    started, attempts, agreed = perf_counter(), list[Attempt](), True
+    kind = kind or (MILP if problem.is_mixed_integer() else SOCP)
+    for name in solver_order(solver, kind, by_cvxpy=True):
+        outcome = _run(problem, name)
         if outcome not in _OPTIMAL:
-            claim = no_optimum() if outcome in _NO_OPTIMUM and no_optimum else None
-            attempts.append(Attempt(name, outcome, claim.residual if claim else float("inf")))
+            attempts.append(Attempt(name, outcome, float("inf")))
             agreed = agreed and outcome in _NO_OPTIMUM
-        else:
-            agreed, claim = False, judged()
-            attempts.append(Attempt(name, outcome, claim.residual))
-            if not claim.residual <= tolerance and kind != MILP and linear_goal:
-                polish(problem)
-                claim = judged()
-                attempts.append(Attempt(name, f"refined on the {'vertex' if kind == LP else 'active cones'}", claim.residual))
-        if claim and claim.residual <= tolerance:
+            continue
+        agreed, claim = False, judged()
+        attempts.append(Attempt(name, outcome, claim.residual))
+        if claim.residual <= tolerance:
             return claim, SolveRecord(name, tuple(attempts), claim.residual, (), perf_counter() - started)
+    raise failed(kind, tolerance, attempts, agreed)
+
+
+def failed(kind: str, tolerance: float, attempts: Sequence[Attempt], agreed: bool) -> SolverError:
+    """The error where no answer passes; a `NoOptimum` where all solvers agreed that there is none."""
     tried = "; ".join(f"{a.solver}: {a.outcome}, residual {a.residual:.1e}" for a in attempts)
-    raise (NoOptimum if agreed else SolverError)(
+    return (NoOptimum if agreed else SolverError)(
         f"{kind}: no answer within the tolerance {tolerance:g} ({tried}); check for reactions of very different sizes, "
         "for nodes without pressure under the mean load, for friction close to the critical value or so little that rounding hides its bounds, and "
         "for a coupling so weak that the limit is millions of times the mean load"
     )
 
 
-def solver_order(solver: str | None, kind: str = LP) -> Sequence[str]:
+def solver_order(solver: str | None, kind: str = LP, *, by_cvxpy: bool = False) -> Sequence[str]:
     """The solvers to try for a kind of problem: all of them, or the one that is asked for.
 
     Raises
@@ -238,7 +146,7 @@ def solver_order(solver: str | None, kind: str = LP) -> Sequence[str]:
     ModelError
         Unknown solver.
     """
-    solvers = _SOLVERS[kind]
+    solvers = [name for name in _SOLVERS[kind] if name in _OPTIONS or not by_cvxpy]
     if solver is None:
         return solvers
     if not isinstance(solver, str) or solver not in solvers:
@@ -246,13 +154,12 @@ def solver_order(solver: str | None, kind: str = LP) -> Sequence[str]:
     return (solver,)
 
 
-def _run(problem: cp.Problem, name: str, above: float = -math.inf) -> str:
+def _run(problem: cp.Problem, name: str) -> str:
     """The status with which a solver ends, or its error."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # cvxpy warns of inaccurate answers; here the residual decides, and the status is recorded
         try:
-            solver = InteriorPoint(above) if name == "INTERIOR_POINT" else name.split("_")[0]
-            problem.solve(solver=solver, warm_start=False, enforce_dpp=True, **_OPTIONS[name])
+            problem.solve(solver=name.split("_")[0], warm_start=False, enforce_dpp=True, **_OPTIONS[name])
         except (cp.SolverError, ValueError, ArithmeticError) as error:
             return str(error).split("\n")[0]
     problem._solver_cache = {}  # the solver with its copies of the program, which cvxpy keeps for a warm start, takes more than all else

@@ -106,7 +106,7 @@ class Statics:
             return None
         import cvxpy as cp
 
-        from ..solve.solvers import solve
+        from ..solve.chain import Chain
 
         n, scale, (share, lift, rows) = self._system.nodes, float(np.abs(load).max()) or 1.0, self._opposed(V, pressed)
         work = (V.T @ load / scale) @ share + (load[-n:] / scale @ lift if pressed else 0.0)
@@ -118,7 +118,7 @@ class Statics:
             return _Motion(phi, float((needed - phi[-n:]).max()))
 
         with suppress(SolverError):
-            phi = solve(cp.Problem(cp.Minimize(work), [*rows, cp.SOC(cp.Constant(1.0), share)]), claimed)[0].phi
+            phi = Chain(cp.Problem(cp.Minimize(work), [*rows, cp.SOC(cp.Constant(1.0), share)]), {}).solve(claimed)[0].phi
             if phi @ phi > _FOUND and phi @ load < -COUNTS * np.abs(phi) @ np.abs(load):
                 return phi
         return None

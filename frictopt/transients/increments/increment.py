@@ -16,7 +16,7 @@ from ...contact.checks import Array, finite_array
 from ...contact.parts import checked_pair
 from ...contact.tolerances import RESIDUAL
 from ...errors import SolverError
-from ...solve.explain import Explained, Units
+from ...solve.explain import Explained
 from ..begin import HOLD, OPEN
 from ..sliding import check_sliding, rigid_motions
 from .newton import Law, State, newton
@@ -66,7 +66,6 @@ class Increment(Explained):
     record: SolveRecord
     problem: cp.Problem | None = field(repr=False)
     _title: str = field(repr=False)
-    _units: Units = field(repr=False, default_factory=dict)
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, slip, gap, q, p and status; in space slip1, slip2, q1 and q2."""

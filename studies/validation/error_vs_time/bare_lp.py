@@ -28,13 +28,13 @@ class LinearProgram:
     floor: Array
 
     @classmethod
-    def of(cls, problem: Any) -> "LinearProgram":
-        """The matrices to which cvxpy compiles a problem."""
-        data, _, _ = problem.get_problem_data("HIGHS")
-        columns = data["A"].shape[1]
-        lower = data["lower_bounds"]
-        floor = np.full(len(data["b"]), -np.inf)
-        return cls(data["c"], data["A"].tocsc(), data["b"], np.full(columns, -np.inf) if lower is None else lower, floor)
+    def of(cls, model: Any) -> "LinearProgram":
+        """The matrices of a model's last program as its solver takes them: reduced, and scaled."""
+        (program,) = model._programs.values()
+        arrays = program.chain.reduced.arrays
+        none = np.full(len(arrays.right), -np.inf)
+        floor = np.r_[arrays.right[: arrays.zero], none[arrays.zero :]]
+        return cls(arrays.cost, csc_matrix(arrays.matrix), arrays.right, np.full(len(arrays.cost), -np.inf), floor)
 
     @classmethod
     def maximum(cls, matrix: Array, right: Array) -> "LinearProgram":

@@ -71,15 +71,14 @@ def _limit(parameters: Parameters, scene: Scene) -> Question:
     compiled = {solver: fo.ShakedownModel(system, LOADS, solver=solver) for solver in LP_SOLVERS}
     kept = fo.ShakedownModel(system, LOADS, simplify=False)
     first = partial(fo.shakedown_limit, system, LOADS, friction)
-    found = first()
-    problem: Any = found.problem  # solved, because the contact is coupled
-    unit = found.load_factor / problem.value
+    lean = fo.ShakedownModel(system, LOADS)
+    lean.solve(friction)
 
     runs = [("first time", "HIGHS", first), *(("compiled", solver, partial(model.solve, friction)) for solver, model in compiled.items())]
     runs.append(("compiled, nothing left out", "HIGHS", partial(kept.solve, friction)))
     error = relative(exact, lambda limit: limit.load_factor)
     ours = [Method(f"frictopt, {name}", "solver", solver, run, error) for name, solver, run in runs]
-    bare = methods(LinearProgram.of(problem), parameters.tolerances, relative(exact, lambda cost: -cost * unit))
+    bare = methods(LinearProgram.of(lean), parameters.tolerances, relative(exact, lambda cost: -cost))
     return Question("lambda_2", "load factor", scene.name, system.nodes, [*ours, *bare])
 
 
@@ -88,10 +87,9 @@ def _safe_slip(parameters: Parameters, scene: Scene) -> Question:
     exact = exact_largest_margin(system, friction, factor)
     ask, error = partial(fo.safe_slip, system, LOADS, friction, factor), relative(exact, lambda safe: safe.margin)
     ours = [Method("frictopt", "solver", solver, partial(ask, solver=solver), error) for solver in LP_SOLVERS]
-    found = ask()
-    problem: Any = found.problem
-    unit = found.margin / problem.value
-    bare = methods(LinearProgram.of(problem), parameters.tolerances, relative(exact, lambda cost: -cost * unit))
+    lean = fo.SafeSlipModel(system, LOADS)
+    lean.solve(friction, factor)
+    bare = methods(LinearProgram.of(lean), parameters.tolerances, relative(exact, lambda cost: -cost))
     return Question("safe slip", "margin", scene.name, system.nodes, [*ours, *bare])
 
 

@@ -9,6 +9,7 @@ from scipy.sparse import csc_matrix
 
 import frictopt as fo
 from frictopt.reference import SphereContact, half_space_contact, smallest_circle_limit
+from frictopt.solve.engines import _Wide
 
 from ...paper import LOADS
 from ..fuzz.embedded import embedded
@@ -70,20 +71,20 @@ def _limit(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
     exact, ask = exact_limit(scene.system, friction), partial(fo.shakedown_limit, system, LOADS, friction)
     error = relative(exact, lambda limit: limit.load_factor)
     methods = [Method("frictopt", "solver", solver, partial(ask, solver=solver), error) for solver in ("CLARABEL", "CLARABEL_DIRECT")]
-    found = ask()
-    problem: Any = found.problem
-    unit, data = found.load_factor / problem.value, problem.get_problem_data("CLARABEL")[0]
+    model = fo.ShakedownModel(system, LOADS)
+    model.solve(friction)
+    (program,) = model._programs.values()
     for tolerance in parameters.tolerances:
-        bare = partial(_clarabel, data, tolerance)
-        methods.append(Method("Clarabel", "tolerance", f"{tolerance:.0e}", bare, relative(exact, lambda cost: -cost * unit), rival="clarabel"))
+        bare = partial(_clarabel, _Wide(program.chain.reduced.arrays), tolerance)
+        methods.append(Method("Clarabel", "tolerance", f"{tolerance:.0e}", bare, relative(exact, lambda cost: -cost), rival="clarabel"))
     return Question("lambda_2, 3-D", "load factor", _name(scene), system.nodes, methods)
 
 
-def _clarabel(data: Any, tolerance: float) -> float:
-    """Optimal cost of a cone program in cvxpy's matrices."""
-    package, dims = installed("clarabel"), data["dims"]
-    cones = [package.ZeroConeT(dims.zero), package.NonnegativeConeT(dims.nonneg), *map(package.SecondOrderConeT, dims.soc)]
-    return clarabel_cone(data["c"], csc_matrix(data["A"]), data["b"], cones, tolerance)
+def _clarabel(program: _Wide, tolerance: float) -> float:
+    """Optimal cost of a cone program as our own solvers take it."""
+    package = installed("clarabel")
+    cones = [package.ZeroConeT(program.zero), package.NonnegativeConeT(program.nonneg), *map(package.SecondOrderConeT, program.soc)]
+    return clarabel_cone(program.cost, csc_matrix(program.matrix), program.right, cones, tolerance)
 
 
 def _increment(parameters: Parameters, scene: Scene, space: InSpace) -> Question:

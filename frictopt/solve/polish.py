@@ -1,16 +1,13 @@
-"""A linear or cone program as arrays: what its multipliers prove, and its exact solution on the rows and cones that a solver has found active."""
+"""The exact solution of a linear or cone program on the rows and cones that a solver has found active."""
 
-import warnings
 from collections.abc import Iterator
-from typing import Any
 
-import cvxpy as cp
 import numpy as np
 from scipy.linalg import lstsq, null_space
 from scipy.linalg.lapack import dsycon, dsytrf, dsytrf_lwork, dsytrs
-from scipy.sparse import csr_array
 
-from ..contact import FLOOR, ROUNDING, STALLED, Array, Integers
+from ..contact import ROUNDING, STALLED, Array, Integers
+from .arrays import Arrays
 
 _NOT_UNIQUE = ROUNDING / 10  # singular directions of these equations, over the largest: there the solution stays as it is
 _POLISHED = 1e-3 * ROUNDING  # errors of the equations of active cones that no step makes smaller
@@ -20,65 +17,16 @@ _REVISIONS = 4  # of the active rows and cones from one such gap
 _LEAST_RATIO = 1e-12  # ratios below it, and above its inverse, are alike
 
 
-class StandardForm:
-    """A program as cvxpy compiled it: `max objective @ z` over the z whose slacks `s = right - matrix @ z` are in cones.
+class _Form:
+    """The program in the words of its maximum, with a solution: `objective = matrix.T @ y`."""
 
-    The first slacks are zero, and the rest are in cones `|s[1:]| <= s[0]`: those of a linear row are of dimension 1.
-
-    Attributes
-    ----------
-    matrix, right, objective
-        Its data.
-    zero, cones
-        How many slacks are zero, and the indices of those of the cones, (n, d) for each dimension d.
-    z, y
-        The variables and multipliers that stand in a solved problem: `objective = matrix.T @ y`, y free, >= 0 and in cones like s.
-    """
-
-    def __init__(self, problem: cp.Problem) -> None:
-        data = compiled(problem)
-        self.matrix, self.right, self.objective = csr_array(data["A"]), data["b"], -data["c"]
-        columns, dims = data["param_prob"].var_id_to_col, data["dims"]
-        self._variables = sorted((variable for variable in problem.variables() if variable.size), key=lambda variable: int(columns[variable.id]))
-        kinds = ((cp.constraints.Equality, cp.constraints.Zero), (cp.constraints.Inequality, cp.constraints.NonNeg, cp.constraints.NonPos), cp.SOC)
-        self.rows = [row for kind in kinds for row in problem.constraints if isinstance(row, kind)]
-        self.zero, sizes = int(dims.zero), np.r_[np.ones(dims.nonneg, dtype=int), np.array(dims.soc, dtype=int)]
-        starts = dims.zero + np.cumsum(sizes) - sizes
-        self.cones: list[Integers] = [starts[sizes == size][:, None] + np.arange(size) for size in np.unique(sizes)]
-        if problem.status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
-            self.z: Array = np.concatenate([np.ravel(variable.value, order="F") for variable in self._variables])
-            self.y: Array = np.concatenate([_multipliers(row) for row in self.rows])
+    def __init__(self, program: Arrays, z: Array, y: Array) -> None:
+        self.matrix, self.right, self.objective, self.zero, self.cones = program.matrix, program.right, -program.cost, program.zero, program.cones
+        self.z, self.y = z, y
 
     def slack(self, z: Array) -> Array:
         """Slacks of all rows."""
         return np.asarray(self.right - self.matrix @ z)
-
-    def admissible(self, y: Array) -> Array:
-        """The multipliers nearby that are in their cones."""
-        y = y.copy()
-        for cone in self.cones:
-            y[cone[y[cone[:, 0]] < 0]] = 0.0
-            y[cone[:, 0]] = np.maximum(y[cone[:, 0]], np.linalg.norm(y[cone[:, 1:]], axis=1))
-        return y
-
-    @property
-    def defect(self) -> float:
-        """By how much the bound of the multipliers may be off because they do not quite balance, for all z of the size of this one, or 1."""
-        return float(np.abs(self.matrix.T @ self.admissible(self.y) - self.objective) @ np.maximum(np.abs(self.z), 1.0))
-
-    @property
-    def bounds(self) -> tuple[float, float]:
-        """The objective of z, and what the multipliers alone prove of the largest objective, with their defect."""
-        return float(self.objective @ self.z), float(self.right @ self.admissible(self.y)) + self.defect
-
-    @property
-    def gap(self) -> float:
-        """Distance of what the multipliers prove from the objective of z, over the latter.
-
-        Their defect counts by itself: no multipliers at all prove that no z of this size has a larger objective, and nothing of larger ones.
-        """
-        value, bound = self.bounds
-        return (abs(bound - self.defect - value) + self.defect) / max(abs(value), FLOOR)
 
     def off(self, z: Array, y: Array) -> float:
         """Largest violation of the optimality conditions: slacks, balance of the multipliers, and their work on the slacks."""
@@ -88,36 +36,29 @@ class StandardForm:
         outside = [(np.linalg.norm(s[cone[:, 1:]], axis=1) - s[cone[:, 0]]).max(initial=0.0) for cone in self.cones]
         return float(max(*outside, np.abs(s[: self.zero]).max(initial=0.0), np.abs(self.matrix.T @ y - self.objective).max(), abs(y @ s)))
 
-    def save(self, z: Array, y: Array) -> None:
-        """Put variables and multipliers into the problem."""
-        parts = [*self._variables, *self.rows]
-        for part, values in zip(parts, np.split(np.r_[z, y], np.cumsum([part.size for part in parts])[:-1]), strict=True):
-            save = part.save_value if isinstance(part, cp.Variable) else part.save_dual_value
-            save(values if isinstance(part, cp.SOC) else values.reshape(part.shape, order="F"))
 
-
-def polish(problem: cp.Problem) -> None:
-    """Move the solution that stands in a problem onto its active rows and cones, by Newton's method on their equations.
+def polish(program: Arrays, z: Array, y: Array) -> tuple[Array, Array]:
+    """Move a solution onto its active rows and cones, by Newton's method on their equations.
 
     Which are active is read from the ratios of multiplier to slack, which solvers leave large for active rows and cones and small for the others.
     Where the widest gap between the ratios does not part them rightly, the next ones are tried; rows and cones that the solution contradicts change
     sides. The answer is the point that breaks the conditions of the whole program least; whether it is good enough is for a residual to say.
     """
-    form = StandardForm(problem)
+    form = _Form(program, z, y)
     free = null_space(form.matrix[: form.zero].toarray(), rcond=_NOT_UNIQUE) if form.zero else None
-    best = form.z, form.admissible(form.y)
+    best = z, program.admissible(y)
     least = form.off(*best)
     with np.errstate(all="ignore"):  # a step of a wrong guess may go anywhere, and what it is off tells
-        for z, y in _tried(form, free):
-            y = form.admissible(y)
-            if (off := form.off(z, y)) < least:
-                best, least = (z, y), off
+        for at, slopes in _tried(form, free):
+            slopes = program.admissible(slopes)
+            if (off := form.off(at, slopes)) < least:
+                best, least = (at, slopes), off
             if least <= ROUNDING:
                 break
-    form.save(*best)
+    return best
 
 
-def _tried(form: StandardForm, free: Array | None) -> Iterator[tuple[Array, Array]]:
+def _tried(form: _Form, free: Array | None) -> Iterator[tuple[Array, Array]]:
     """Points that the active rows and cones of different guesses make."""
     for share in _shares(form):
         (z, y), before = (form.z, form.y), None
@@ -131,7 +72,7 @@ def _tried(form: StandardForm, free: Array | None) -> Iterator[tuple[Array, Arra
             before = active
 
 
-def _shares(form: StandardForm) -> list[float]:
+def _shares(form: _Form) -> list[float]:
     """Ratios of multiplier to slack in the middle of the widest gaps between those of all rows and cones, the widest gap first."""
     s = form.slack(form.z)
     room, by = np.hstack([side for cone in form.cones for side in _sides(s[cone], form.y[cone])])
@@ -156,7 +97,7 @@ def _directed(vectors: Array) -> tuple[Array, Array]:
 class _Active:
     """The cones that are active at a point: at their apex, where all slacks vanish, or on their boundary."""
 
-    def __init__(self, form: StandardForm, free: Array | None, z: Array, y: Array, share: float) -> None:
+    def __init__(self, form: _Form, free: Array | None, z: Array, y: Array, share: float) -> None:
         self._form, self._free, s = form, free, form.slack(z)
         shut, self._on = list[Integers](), list[Integers]()
         for cone in form.cones:
@@ -235,21 +176,3 @@ def _least(matrix: Array, right: Array) -> Array:
     if dsycon(factor, order, np.abs(matrix).sum(axis=0).max())[0] > _NOT_UNIQUE:
         return np.asarray(dsytrs(factor, order, right)[0])
     return np.asarray(lstsq(matrix, right, cond=_NOT_UNIQUE, lapack_driver="gelsy", check_finite=False)[0])
-
-
-def compiled(problem: cp.Problem) -> dict[str, Any]:
-    """What cvxpy makes of a problem for the solver that solved it last, or for any."""
-    linear = problem.solver_stats is not None and problem.solver_stats.solver_name == "HIGHS"
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of the way that cvxpy takes with expressions of three dimensions
-        data: dict[str, Any] = problem.get_problem_data("HIGHS" if linear else "CLARABEL", enforce_dpp=True)[0]
-    return data
-
-
-def _multipliers(row: cp.Constraint) -> Array:
-    """Multipliers of a constraint in the order of its rows."""
-    if not isinstance(row, cp.SOC):
-        return np.ravel(row.dual_value, order="F")
-    bound, vectors = row.dual_value
-    vectors = np.asarray(vectors).reshape(-1, np.size(bound), order="F").T if row.axis == 0 else vectors
-    return np.column_stack([np.atleast_1d(bound), vectors]).ravel()

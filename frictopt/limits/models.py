@@ -1,0 +1,153 @@
+"""Every program of limits in one listing: states of rest of a contact as cvxpy expressions, in the symbols of the paper and the units of the user.
+
+A contact rests through a load cycle if one residual slip keeps every node closed, and stuck at every corner k of the cycle (theory, eq. (7))::
+
+    q_r = A slip        q_k = q0 + load_factor q1_k + q_r
+    p_r = B slip        p_k = p0 + load_factor p1_k + p_r        |q_k| <= f p_k
+
+Some nodes may stay open. They carry nothing and follow the slip of the closed ones, so that A, B and the loads are those of the closed nodes alone,
+and their gaps stay `w0 + load_factor w1_k + W slip >= 0`.
+
+`rest` lists the rows without friction, `stuck` those of friction; each question below is one goal over them. In the plane slip and q are vectors of N
+nodes, in space (N, 2), and `|q|` is the length at each node. Nothing here is scaled, halved or eliminated: `frictopt.solve` does that below cvxpy.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any, TypeAlias
+
+import cvxpy as cp
+
+Row: TypeAlias = cp.Constraint
+
+
+@dataclass(eq=False)
+class Unknowns:
+    """The unknowns of a state of rest. By corner k: q[k], p[k] and gap[k]."""
+
+    load_factor: Any
+    slip: cp.Variable
+    q_r: cp.Variable
+    p_r: cp.Variable
+    q: dict[int, cp.Variable]
+    p: dict[int, cp.Variable]
+    gap: dict[int, cp.Variable] = field(default_factory=dict)
+
+
+def unknowns(shape: tuple[int, ...], corners: Iterable[int], load_factor: Any = None) -> Unknowns:
+    """Unknowns for slips of a shape, (N,) or (N, 2), at the corners of a load cycle; `load_factor` is a parameter where it is given."""
+    slip, q_r, p_r = cp.Variable(shape, name="slip"), cp.Variable(shape, name="q_r"), cp.Variable(shape[0], name="p_r")
+    q = {k: cp.Variable(shape, name=f"q[{k}]") for k in corners}
+    p = {k: cp.Variable(shape[0], name=f"p[{k}]") for k in q}
+    return Unknowns(cp.Variable(name="load_factor") if load_factor is None else load_factor, slip, q_r, p_r, q, p)
+
+
+def named(value: Any, name: str) -> cp.Constant:
+    """A constant that is printed by its name."""
+    return cp.Constant(value, name=name)
+
+
+def called(expression: cp.Expression, name: str) -> cp.Expression:
+    """An expression that is printed by a name, where cvxpy would print how it makes a vector of it."""
+    expression.name = partial(str, name)
+    return expression
+
+
+def vec(x: cp.Variable) -> cp.Expression:
+    """A vector, ordered by component as A and B are."""
+    return x if x.ndim == 1 else called(cp.vec(x, order="F"), x.name())
+
+
+def size(q: cp.Variable) -> cp.Expression:
+    """`|q|` at each node."""
+    return cp.abs(q) if q.ndim == 1 else called(cp.pnorm(q, 2, axis=1, approx=False), f"norm({q.name()})")
+
+
+def times(factor: Any, load: cp.Constant) -> cp.Expression:
+    """A load times a factor."""
+    return called(cp.multiply(factor, load), f"{factor.name()} * {load.name()}")
+
+
+def rest(contact: Any, x: Unknowns, corners: Iterable[int], more: tuple[cp.Expression, cp.Expression] | None = None) -> list[Row]:
+    """The rows of a state of rest without friction, at corners of a load cycle.
+
+    `contact` has the matrices `A`, `B`, and `W` of its gaps, and `loads(k)`: name -> closed reactions q0, p0, q1, p1 and gaps w0, w1 at corner k.
+    `more` is what unknown loads add to q and p.
+    """
+    x.gap, w_r = {}, cp.Variable(len(contact.W), name="w_r")
+    rows = [vec(x.q_r) == named(contact.A, "A") @ vec(x.slip), x.p_r == named(contact.B, "B") @ vec(x.slip)]
+    rows += [w_r == named(contact.W, "W") @ vec(x.slip)] if w_r.size else []
+    for k in corners:
+        q0, p0, q1, p1, w0, w1 = (named(value, name) for name, value in contact.loads(k).items())
+        q, p = q0 + times(x.load_factor, q1) + x.q_r, p0 + times(x.load_factor, p1) + x.p_r
+        rows += [x.q[k] == q, x.p[k] == p] if more is None else [x.q[k] == q + more[0], x.p[k] == p + more[1]]
+        if w_r.size:
+            x.gap[k] = cp.Variable(w_r.size, name=f"gap[{k}]")
+            rows.append(x.gap[k] == w0 + times(x.load_factor, w1) + w_r)
+    return rows
+
+
+def stuck(x: Unknowns, f: cp.Parameter, corners: Iterable[int], little: bool = False, loose: Any = None) -> list[Row]:
+    """Friction at corners. With so little that it hardly keeps a node pressed, `p >= 0` has rows of its own; a node may have `loose` ones."""
+    rows = list[Row]()
+    for k in corners:
+        bound, least = cp.multiply(f, x.p[k]), 0 if loose is None else -loose
+        rows.append((size(x.q[k]) <= (bound if loose is None else bound + loose)).set_label(f"stuck[{k}]"))
+        rows += [(x.p[k] >= least).set_label(f"pressed[{k}]")] if little else []
+    return rows + [(gap >= 0).set_label(f"apart[{k}]") for k, gap in x.gap.items()]
+
+
+def inside(x: Unknowns, f: cp.Parameter, corners: Iterable[int], spare: cp.Expression, apart: cp.Expression, little: bool = False) -> list[Row]:
+    """The same with something to spare of each friction bound, and of the gaps of open nodes."""
+    rows = list[Row]()
+    for k in corners:
+        rows.append((size(x.q[k]) + spare <= cp.multiply(f, x.p[k])).set_label(f"stuck[{k}]"))
+        rows += [(x.p[k] >= spare).set_label(f"pressed[{k}]")] if little else []
+    return rows + [(gap >= apart).set_label(f"apart[{k}]") for k, gap in x.gap.items()]
+
+
+def within(x: Unknowns, most: cp.Constant) -> list[Row]:
+    """The bound on the slip."""
+    return [(size(x.slip) <= most).set_label("slip_bound")]
+
+
+def shakedown(x: Unknowns, rows: Sequence[Row]) -> cp.Problem:
+    """The largest load factor of a state of rest."""
+    return cp.Problem(cp.Maximize(x.load_factor), [*rows, (x.load_factor >= 0).set_label("load_factor")])
+
+
+def least_load(x: Unknowns, rows: Sequence[Row]) -> cp.Problem:
+    """The least one: above 0 where the mean load alone leaves none."""
+    return cp.Problem(cp.Minimize(x.load_factor), [*rows, (x.load_factor >= 0).set_label("load_factor")])
+
+
+def safe_slip(margin: cp.Variable, rows: Sequence[Row]) -> cp.Problem:
+    """The slip with the largest margin at a load factor; negative: none is safe. The margin is in the rows, see `inside`."""
+    return cp.Problem(cp.Maximize(margin), [*rows, (margin <= 1).set_label("cap")])
+
+
+def furthest(x: Unknowns, direction: cp.Parameter, rows: Sequence[Row]) -> cp.Problem:
+    """The safe slip whose tractions go furthest in a direction."""
+    return cp.Problem(cp.Maximize(direction @ vec(x.q_r)), list(rows))
+
+
+def most_pressed(x: Unknowns, least: cp.Variable, force: float, corners: Iterable[int], rows: Sequence[Row]) -> cp.Problem:
+    """The slip under which the least normal force over the nodes and corners is largest, in mean forces."""
+    pressed = [(x.p[k] >= force * least).set_label(f"pressed[{k}]") for k in corners]
+    return cp.Problem(cp.Maximize(least), [*rows, *pressed, (least <= 1).set_label("cap")])
+
+
+def design(x: Unknowns, rows: Sequence[Row]) -> cp.Problem:
+    """The largest load factor at which a design leaves every scenario a safe residual slip of its own; its loads are `more` in `rest`."""
+    return cp.Problem(cp.Maximize(x.load_factor), [*rows, (x.load_factor >= 0).set_label("load_factor")])
+
+
+def critical(x: Unknowns, node: cp.Parameter, at_zero: cp.Parameter, rate: cp.Parameter, sense: Any, rows: Sequence[Row]) -> cp.Problem:
+    """The least (largest) load factor at which a safe slip leaves a node no more pressure than it needs: `[A v, B v] = at_zero + load_factor rate`.
+
+    `node` is 1 at the node, and 0 at all others.
+    """
+    change = [node @ part for part in ([x.q_r] if x.q_r.ndim == 1 else [x.q_r[:, 0], x.q_r[:, 1]])] + [node @ x.p_r]
+    states = [(part == at_zero[k] + x.load_factor * rate[k]).set_label("critical") for k, part in enumerate(change)]
+    return cp.Problem(sense(x.load_factor), [*rows, *states, (x.load_factor >= 0).set_label("load_factor")])

@@ -1,0 +1,261 @@
+"""A listing with all that its solution needs: unknowns, friction, the user's own rows, units, and what its multipliers mean."""
+
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import cvxpy as cp
+import numpy as np
+from cvxpy.reductions.dcp2cone.dcp2cone import Dcp2Cone
+from scipy.spatial import ConvexHull
+
+from ..contact import RESIDUAL, ROUNDING, Array, ContactSystem, LoadCycle, lengths, shown
+from ..errors import ModelError
+from ..solve.chain import Chain
+from ..solve.inverse import by_inverse, unresisted
+from ..solve.reduced import Change
+from .answered import Mechanism
+from .models import Row, Unknowns, named, rest, stuck, unknowns, within
+from .question import Question
+
+_INSIDE = ROUNDING  # spread of corners along an axis, over the largest, that counts as none
+_MOST_AXES = 6  # in which hulls are looked for: with more, each corner has rows
+_CONES = cp.constraints.Equality, cp.constraints.Zero, cp.constraints.Inequality, cp.constraints.NonPos, cp.constraints.NonNeg, cp.SOC
+
+_FREE: WeakKeyDictionary[ContactSystem, dict[bytes, tuple[Array, Array]]] = WeakKeyDictionary()
+
+
+def free_slips(task: Question) -> tuple[Array, Array]:
+    """Slips (t N, k) that nothing resists, and the compliance (t N, t N) of all others; kept for the last open nodes of a system."""
+    kept, key = _FREE.setdefault(task.system, {}), task.open.tobytes()
+    if key not in kept:
+        along, across = np.split(np.sqrt(task.system.own_stiffness), [-task.system.nodes])
+        kept.clear()
+        kept[key] = unresisted(task.A, task.B, along, across)
+    return kept[key]
+
+
+def tractions(task: Question, rows: Sequence[Row] | None = None) -> Change:
+    """Tractions as unknowns of a listing's rows: the slips that they make by the compliance, and slides that nothing resists."""
+    free, give = free_slips(task)
+    rows = rest(task, unknowns(task.slip_shape, ()), ()) if rows is None else rows
+    sizes = task.force / (task.system.own_stiffness[: len(free)] @ free**2)
+    return by_inverse(rows[0], rows[1 : 3 if len(task.W) else 2], free, give, np.tile(task.shear_unit, task.system.tangents), sizes)
+
+
+@dataclass(eq=False)
+class Program:
+    """A question's listing, compiled.
+
+    Attributes
+    ----------
+    task
+        The question.
+    x, f
+        Its unknowns, and the parameter of friction.
+    rows
+        Its rows but those of the user, which a goal takes.
+    corners
+        Those that have rows.
+    own
+        Constraints of the user's own, by their names.
+    chain
+        The way to its answer.
+    """
+
+    task: Question
+    x: Unknowns
+    f: cp.Parameter
+    corners: list[int]
+    rows: list[Row]
+    own: Mapping[str, Sequence[Row]] = field(default_factory=dict)
+    asked: object = None  # keeps what was asked alive, by whose identity programs are found again
+    chain: Chain = field(init=False)
+
+    def compiled(
+        self, problem: cp.Problem, unit: float, units: Mapping[cp.Variable, Any] | None = None, others: Sequence["Program"] = ()
+    ) -> "Program":
+        """With the problem of a goal over its rows and those of others, the `unit` of its objective, and `units` of variables besides its own."""
+        own = [row for group in self.own.values() for row in group]
+        problem = cp.Problem(problem.objective, [*problem.constraints, *own])
+        self.chain = Chain(
+            problem, {**self.units, **(units or {})}, [tractions(each.task, each.rows) for each in (self, *others)], self.task.simplify, unit
+        )
+        return self
+
+    @property
+    def problem(self) -> cp.Problem:
+        """The cvxpy problem."""
+        return self.chain.problem
+
+    @property
+    def units(self) -> dict[cp.Variable, Any]:
+        """Units of the unknowns."""
+        task, x, n = self.task, self.x, self.task.system.nodes
+        each = task.shear_unit if task.system.tangents == 1 else task.shear_unit[:, None]
+        slip = (np.tile(task.shear_unit, task.system.tangents) / task.system.own_stiffness[:-n]).reshape(x.slip.shape, order="F")
+        units: dict[cp.Variable, Any] = {x.slip: slip, x.q_r: each, x.p_r: task.node_unit}
+        units |= {x.load_factor: task.load_unit} if isinstance(x.load_factor, cp.Variable) else {}
+        units |= {q: each for q in x.q.values()} | {p: task.node_unit for p in x.p.values()}
+        return units | {gap: task.clearance for gap in x.gap.values()}
+
+    def ask(self, task: Question) -> None:
+        """Set friction and the units that follow from it."""
+        self.task, self.f.value = task, task.friction
+        self.chain.units |= self.units
+
+    @property
+    def load_factor(self) -> float:
+        """The load factor of the solution, >= 0."""
+        return max(0.0, float(self.x.load_factor.value))  # in this order -0 becomes 0
+
+    @property
+    def slip(self) -> Array:
+        """(N,) or (N, 2) slip of the solution, within its bound; of open nodes the one under the mean load."""
+        task, slip = self.task, np.array(self.x.slip.value)
+        if task.most is not None:
+            slip[task.most == 0] = 0.0
+            size = lengths(slip, task.most)  # cut to the bound that it exceeds by no more than the tolerance of solvers
+            if task.beyond(slip) <= RESIDUAL:
+                slip = np.where(size > task.most, slip.T / np.where(size > 0, size, 1.0) * task.most, slip.T).T
+        return task.rested(slip)
+
+    @property
+    def motion(self) -> Mechanism:
+        """The mechanism that the multipliers are: those of q and p at each corner are the slips and lifts of the nodes."""
+        task, system, n = self.task, self.task.system, self.task.system.nodes
+        moves = np.zeros(task.r1.shape)
+        rows = {row.args[0]: row for row in self.rows if isinstance(row, cp.constraints.Equality)}
+        for k in self.corners:
+            moves[k, :-1] = np.reshape(rows[self.x.q[k]].dual_value, (n, -1)).T
+            moves[k, -1] = rows[self.x.p[k]].dual_value
+        if len(self.corners) and not np.isfinite(moves).all():
+            moves = np.full_like(moves, np.nan)
+        size = np.linalg.norm(moves[:, :-1], axis=1)
+        moves[:, -1] = np.maximum(moves[:, -1], task.friction * size)  # so it is, but for rounding
+        hold = None
+        if task.most is not None:
+            net = moves.sum(axis=0)
+            hold = (net[:-1].ravel() @ task.A + net[-1] @ task.B).reshape(-1, n)
+        if task.give is None:
+            return Mechanism(moves, task.friction, hold)
+        labelled, press = {row.label: row for row in self.problem.constraints}, np.zeros((len(moves), moves[0].size))
+        at = np.flatnonzero(task.open) + system.tangents * n
+        for k in self.x.gap:
+            press[k, at] = np.maximum(labelled[f"apart[{k}]"].dual_value, 0.0)
+        moves = moves - ((moves.reshape(len(moves), -1) @ system.S + press) @ task.give).reshape(moves.shape)
+        return Mechanism(moves, task.friction * ~task.open, hold, open=task.open)
+
+    def multiplier(self, label: str) -> float:
+        """That of a scalar row."""
+        return next(max(float(row.dual_value), 0.0) for row in self.problem.constraints if row.label == label)
+
+    def bounds(self) -> Array:
+        """(K, N) multipliers of the friction bounds, 1 over force for a load factor."""
+        labelled, sizes = {row.label: row for row in self.problem.constraints}, np.zeros(self.task.r1[:, -1].shape)
+        for k in self.corners:
+            sizes[k] = np.maximum(labelled[f"stuck[{k}]"].dual_value, 0.0)
+        return sizes
+
+    @property
+    def own_violation(self) -> float:
+        """Largest violation of the rows, the user's among them, dimensionless; 0 where there are none of these."""
+        return self.chain.violation if self.own else 0.0
+
+    def ruling(self, rows: Collection[int]) -> list[str]:
+        """Names of the user's constraints among rows, by their ids."""
+        return [name for name, group in self.own.items() if any(row.id in rows for row in group)]
+
+    def prices(self) -> dict[str, Array]:
+        """Rate of the objective as each of the user's constraints gives way, in the user's units: >= 0; of an equation with its right side."""
+        found = dict[str, Array]()
+        for name, group in self.own.items():
+            for row in group:
+                dual = np.asarray(row.dual_value[0] if isinstance(row, cp.SOC) else row.dual_value)
+                found[name] = found.get(name, 0.0) + dual
+        return found
+
+
+def listed_rows(
+    task: Question, x: Unknowns, f: cp.Parameter, *, every: bool = False, friction: Callable[[list[int]], list[Row]] | None = None, more: Any = None
+) -> Program:
+    """The rows of a question: at the corners that are no mean of others, unless all are asked for."""
+    corners = outer_corners(task.cycle) if task.simplify and not every else list(range(len(task.r1)))
+    rows = rest(task, x, corners, more)
+    rows += stuck(x, f, corners, task.little) if friction is None else friction(corners)
+    rows += within(x, named(task.most, "slip_bound")) if task.most is not None else []
+    f.value = task.friction
+    return Program(task, x, f, corners, rows)
+
+
+def outer_corners(cycle: LoadCycle) -> list[int]:
+    """Corners that are no mean of the others, by the amplitudes of all load cases, also those that are fixed."""
+    columns = [
+        [load.get(case, 0.0) for load in loads]
+        for loads in (cycle.corners, *([] if cycle.fixed is None else [cycle.fixed]))
+        for case in sorted({case for load in loads for case in load})
+    ]
+    count = len(cycle.corners)
+    points = np.array(columns).reshape(-1, count).T
+    points = (points - points.mean(axis=0)) / np.where(np.ptp(points, axis=0) > 0, np.ptp(points, axis=0), 1.0)
+    size, ways = np.linalg.svd(points, full_matrices=False)[1:]
+    along = points @ ways[size > _INSIDE * max(size.max(initial=0.0), 1.0)].T
+    if along.shape[1] == 0:
+        return [0]
+    if along.shape[1] == 1:
+        return sorted({int(along.argmin()), int(along.argmax())})
+    if along.shape[1] <= _MOST_AXES and count > along.shape[1] + 1:
+        return sorted(ConvexHull(along).vertices.tolist())
+    return list(range(count))
+
+
+def own_rows(constraints: Sequence[Any], known: Iterable[cp.Variable]) -> dict[str, list[Row]]:
+    """The user's constraints by their names, checked.
+
+    Raises
+    ------
+    ModelError
+        Not a cvxpy constraint, not convex, no linear or second-order cone program, or on unknowns of another model.
+    """
+    mine, found = {variable.id for variable in known}, dict[str, list[Row]]()
+    for index, given in enumerate(constraints):
+        place = f"constraints[{index}]"
+        if not isinstance(given, cp.Constraint):
+            raise ModelError(
+                f"{place}: {shown(given)}; give a cvxpy constraint on slip, load_factor, q and p of the model, such as model.slip <= 1e-3"
+            )
+        check_rows(place, given, mine)
+        name = place if not given.label or given.label in found else given.label
+        found[name] = [given]
+    return found
+
+
+def check_rows(name: str, row: Row, mine: set[int]) -> None:
+    """See `own_rows`."""
+    if not row.is_dcp(dpp=True):
+        raise ModelError(
+            f"{name}: not convex (an objective: not concave) by the rules of DCP, or not affine in its parameters (DPP); change it so that it is"
+        )
+    for variable in row.variables():
+        if variable.id not in mine and variable.name() in _NAMES:
+            raise ModelError(f"{name}: it is on the {variable.name().split('[')[0]} of another model; use those of the model that solves")
+        if variable.attributes["boolean"] or variable.attributes["integer"]:
+            raise ModelError(f"{name}: variable {variable.name()} is an integer; multipliers prove no such answer: solve `problem` with it by cvxpy")
+    for parameter in row.parameters():
+        if parameter.value is None:
+            raise ModelError(f"{name}: parameter {parameter.name()} has no value; give it one before solving")
+    for part in Dcp2Cone(quad_obj=False).apply(cp.Problem(cp.Minimize(0), [row]))[0].constraints:
+        if not isinstance(part, _CONES):
+            raise ModelError(
+                f"{name}: it needs a {type(part).__name__} cone; the multipliers of linear rows and second-order cones prove the answer: "
+                "give linear constraints, or such of abs, max, min and norms of vectors, in space for each node: cp.norm(model.slip, 2, axis=1)"
+            )
+
+
+class _Names:
+    def __contains__(self, name: str) -> bool:
+        return name.split("[")[0] in {"slip", "load_factor", "q", "p", "q_r", "p_r", "margin", "preload", "profile"}
+
+
+_NAMES = _Names()

@@ -1,0 +1,189 @@
+"""The one way of a linear or cone program to its answer: compiled, reduced, solved, polished, proven, and put back into the cvxpy problem."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import cvxpy as cp
+import numpy as np
+from scipy.sparse import coo_array, csr_array, hstack, vstack
+
+from ..contact import RESIDUAL, Array, Attempt, SolveRecord
+from .arrays import Arrays
+from .compiled import Compiled, Proof, proof
+from .engines import INFEASIBLE, NONE, OPTIMAL, UNBOUNDED, run
+from .polish import polish
+from .reduced import Change, Reduced
+from .solvers import LARGE_SOCP, LP, SOCP, C, failed, solver_order
+
+_LARGE = 400  # unknowns from which on the own interior point is faster than Clarabel
+_FAR = 1e3  # a proof that there is no answer holds for unknowns at least `1 / FAR / RESIDUAL` times as large as their units
+
+
+class NoAnswer(NamedTuple):
+    """Why a program has no optimum: the ids of the rows that contradict each other, or the unknowns z that grow without end."""
+
+    ruling: frozenset[int]
+    z: Array | None
+    residual: float
+
+
+class Chain:
+    """A problem with what it takes to solve it: the units of its variables, and changes of variables.
+
+    Parameters
+    ----------
+    problem
+        A linear or second-order cone program.
+    units
+        Unit of each variable, one or one for each entry, in the units of the problem; of those without, it follows from their rows.
+    changes
+        Changes of variables of dense equations, see `Change`.
+    simplify
+        Whether to leave out rows that others stand for.
+    unit
+        Of the objective.
+
+    Attributes
+    ----------
+    units, unit
+        The units, which may be set anew for each solution.
+    proof
+        What the multipliers prove that stand in the problem.
+    violation
+        Largest violation of a compiled row by the values that stand in the problem, over the size of its terms.
+    """
+
+    proof: Proof
+    violation: float
+
+    def __init__(
+        self, problem: cp.Problem, units: Mapping[cp.Variable, Any], changes: Sequence[Change] = (), simplify: bool = True, unit: float = 1.0
+    ) -> None:
+        self.problem, self.units, self._changes, self._simplify, self.unit = problem, dict(units), changes, simplify, unit
+        self._compiled = Compiled(problem)
+        self._reduced: Reduced | None = None
+
+    @property
+    def reduced(self) -> Reduced:
+        """The reduced program with the parameters of the last `solve`."""
+        if self._reduced is None:
+            self._reduced = Reduced(self._compiled, self.units, self._changes, self._simplify)
+        return self._reduced
+
+    def solve(
+        self,
+        judged: Callable[[], C],
+        solver: str | None = None,
+        *,
+        no_optimum: Callable[[], C | None] | None = None,
+        above: float = -np.inf,
+        tolerance: float = RESIDUAL,
+    ) -> tuple[C, SolveRecord]:
+        """Solve with the first solver whose answer passes, polished if need be; see `solvers.solve`."""
+        started, attempts, agreed = perf_counter(), list[Attempt](), True
+        self._compiled.read()
+        self._reduced = None
+        program = self.reduced.arrays
+        kind = LP if program.sizes.max(initial=1) == 1 else LARGE_SOCP if len(program.cost) >= _LARGE else SOCP
+        for name in solver_order(solver, kind):
+            outcome, x, y = run(program, name, above / self.unit)
+            claim = None
+            if outcome == OPTIMAL:
+                agreed, claim = False, self._claim(x, program.admissible(y), judged)
+                attempts.append(Attempt(name, outcome, claim.residual))
+                if not claim.residual <= tolerance:
+                    claim = self._claim(*polish(program, x, y), judged)
+                    attempts.append(Attempt(name, f"refined on the {'vertex' if kind == LP else 'active cones'}", claim.residual))
+            else:
+                said = outcome in (INFEASIBLE, UNBOUNDED, NONE)
+                claim = no_optimum() if said and no_optimum else None
+                attempts.append(Attempt(name, outcome, claim.residual if claim else float("inf")))
+                agreed = agreed and said
+            if claim and claim.residual <= tolerance:
+                left_out = self.reduced.left_out
+                told = (f"rows: {left_out} that others stand for",) if left_out else ()
+                return claim, SolveRecord(name, tuple(attempts), claim.residual, told, perf_counter() - started)
+        raise failed(kind, tolerance, attempts, agreed)
+
+    def _claim(self, x: Array, y: Array, judged: Callable[[], C]) -> C:
+        reduced = self.reduced
+        z, multipliers = reduced.back(x, y)
+        self.violation = self._compiled.violation(z, reduced.z_unit)
+        self._compiled.save(z, multipliers)
+        self.proof = proof(self._compiled, z, multipliers, reduced.z_unit, self.unit)
+        return judged()
+
+    def value_along(self, growth: NoAnswer, variable: cp.Variable) -> Any:
+        """The part of a variable in unknowns that grow without end."""
+        assert growth.z is not None
+        values = growth.z[self._compiled.place(variable)].reshape(variable.shape, order="F")
+        return float(values) if values.ndim == 0 else values
+
+    def contradiction(self, solver: str | None = None) -> NoAnswer | None:
+        """Proof that no values of the variables obey all rows (Farkas's lemma): its multipliers stand in the rows then. None where there is none."""
+        program, reduced, compiled = self.reduced.arrays, self.reduced, self._compiled
+        found = _least_excess(program, program.right, None, solver)
+        if found is None or not found[0] > RESIDUAL:
+            return None
+        multipliers = reduced.multipliers(found[2], np.zeros(len(compiled.cost)))
+        lack, off = -float(compiled.right @ multipliers), float(np.abs(compiled.matrix.T @ multipliers) @ reduced.z_unit)
+        if not lack > 0 or off / lack / _FAR > RESIDUAL:
+            return None
+        sizes = compiled.save_multipliers(multipliers)
+        largest = max(sizes.values(), default=0.0)
+        return NoAnswer(frozenset(row for row, size in sizes.items() if size > RESIDUAL * largest), None, off / lack / _FAR)
+
+    def growth(self, solver: str | None = None) -> NoAnswer | None:
+        """Proof that the objective of a program that has a solution grows without end: the z along which it does. None where there is none."""
+        program, reduced, compiled = self.reduced.arrays, self.reduced, self._compiled
+        found = _least_excess(program, np.zeros(len(program.right)), program.cost, solver)
+        if found is None or found[0] > RESIDUAL:
+            return None
+        way = replace(program, right=np.zeros(len(program.right)))
+        if way.violation(found[1]) > RESIDUAL * max(1.0, float(np.abs(found[1]).max(initial=0.0))):
+            return None
+        z = reduced.back(found[1], np.zeros(len(program.right)))[0]
+        return NoAnswer(frozenset(), z, max(found[0], 0.0)) if -compiled.cost @ z > 0 else None
+
+
+def _least_excess(program: Arrays, right: Array, cost: Array | None, solver: str | None) -> tuple[float, Array, Array] | None:
+    """The least e >= 0 by which all slacks must be raised to be in their cones, equations too, and `-cost @ x >= 1 - e` where there is a cost.
+
+    With x and the multipliers of the rows; None where no solver finds it.
+    """
+    (parts, width), zero, linear = program.block.shape, program.zero, int((program.sizes == 1).sum())
+    sparse, count = csr_array(program.sparse), len(right)
+    heads = np.r_[np.arange(zero), zero + np.cumsum(program.sizes) - program.sizes]
+    raised = coo_array((-np.ones(len(heads)), (heads, np.zeros(len(heads), dtype=int))), shape=(count, 1))
+    rows = csr_array(hstack([sparse[:, :width], raised, sparse[:, width:]]))
+    back = csr_array(hstack([-sparse[:zero, :width], -np.ones((zero, 1)), -sparse[:zero, width:]])) if zero else rows[:0]
+    last = np.zeros((1 if cost is None else 2, width + 1 + parts))
+    last[:, width] = -1.0
+    if cost is not None:
+        size = float(np.abs(cost).max()) or 1.0
+        last[1, :width] = cost / size
+    sides = np.r_[np.zeros(1), -np.ones(len(last) - 1)]
+    arrays = Arrays(
+        sparse=csr_array(vstack([rows[: zero + linear], back, csr_array(last), rows[zero + linear :]])),
+        block=np.hstack([program.block, np.zeros((parts, 1))]),
+        right=np.r_[right[: zero + linear], -right[:zero], sides, right[zero + linear :]],
+        cost=np.eye(1, width + 1, width)[0],
+        zero=0,
+        sizes=np.r_[np.ones(2 * zero + linear + len(sides), dtype=int), program.sizes[program.sizes > 1]],
+    )
+    kind = LP if program.sizes.max(initial=1) == 1 else LARGE_SOCP if width >= _LARGE else SOCP
+    for name in solver_order(None, kind):
+        status, x, y = run(arrays, name, -np.inf)
+        for polished in (False, True):
+            if status != OPTIMAL:
+                continue
+            x, y = polish(arrays, x, y) if polished else (x, arrays.admissible(y))
+            value, bound = float(x[width]), -float(arrays.right @ y)
+            off = float(np.abs(arrays.matrix.T @ y + arrays.cost) @ np.maximum(np.abs(x), 1.0))
+            if abs(value - bound) + off <= RESIDUAL or bound - off > RESIDUAL:
+                last_rows = 2 * zero + linear + len(sides)
+                own = np.r_[y[:zero] - y[zero + linear : 2 * zero + linear], y[zero : zero + linear], y[last_rows:]]
+                return bound if bound - off > RESIDUAL else min(value, bound), x[:width], own
+    return None

@@ -1,0 +1,174 @@
+"""A cvxpy problem as cvxpy compiles it, with its dense equations as blocks: what its multipliers prove, and the answer put back into it."""
+
+import warnings
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import cvxpy as cp
+import numpy as np
+from cvxpy.reductions.solution import Solution
+from scipy.sparse import csr_array
+
+from ..contact import FLOOR, Array, Integers
+
+_SOLVER = "CLARABEL"  # whose order of rows and columns the arrays have; it takes linear rows and second-order cones
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Equations `z[defined] = matrix @ z[of]` of one dense matrix, which is not copied.
+
+    `rows` and `sources` are where the rows of `z[defined]` and of `z[of]` stand in the compiled matrix; `sign` is the sign that cvxpy gave them.
+    """
+
+    row: cp.Constraint
+    matrix: Array
+    defined: Integers
+    of: Integers
+    rows: slice
+    sources: slice
+    sign: float
+
+
+class Compiled:
+    """A problem `min cost @ z` over the z whose slacks `right - matrix @ z` are in cones, as cvxpy compiles it.
+
+    Equations `x == Constant @ y` of two variables are blocks: cvxpy compiles `x == 0` and `y == 0` in their place, so that no dense matrix goes
+    through it. Parameters are read anew by `read`, and compiled once.
+
+    Parameters
+    ----------
+    problem
+        A linear or second-order cone program.
+
+    Attributes
+    ----------
+    matrix, right, cost
+        Sparse data, the rows of `x` and `y` of the blocks first.
+    zero, nonneg, soc
+        How many slacks are zero, how many next ones >= 0, and the sizes of the cones `|s[1:]| <= s[0]` that follow.
+    blocks
+        The dense equations.
+    """
+
+    def __init__(self, problem: cp.Problem) -> None:
+        self.problem = problem
+        dense = {row.args[0].variables()[0].id: row for row in reversed(problem.constraints) if _is_dense(row)}  # one for each variable
+        of = {variable.id for row in dense.values() for variable in row.args[1].variables()}
+        self._dense = [row for row in problem.constraints if any(row is one and at not in of for at, one in dense.items())]
+        others = [row for row in problem.constraints if not any(row is one for one in self._dense)]
+        self._parts = [part == 0 for row in self._dense for part in (row.args[0], row.args[1].args[1])]
+        self._skeleton = cp.Problem(problem.objective, [*self._parts, *others])
+        for variable in problem.variables():  # cvxpy carries values over to unknowns of its own, and refuses nan
+            variable.save_value(variable.value if variable.value is not None and np.isfinite(variable.value).all() else None)
+        self.read()
+
+    def read(self) -> None:
+        """Read the values of all parameters."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of the way that cvxpy takes with expressions of three dimensions
+            data, self._chain, self._inverse = self._skeleton.get_problem_data(_SOLVER, enforce_dpp=True, solver_opts={})
+        self.matrix, self.right, self.cost = csr_array(data["A"]), np.asarray(data["b"]), np.asarray(data["c"])
+        self.matrix.eliminate_zeros()
+        dims = data["dims"]
+        self.zero, self.nonneg, self.soc = int(dims.zero), int(dims.nonneg), [int(size) for size in dims.soc]
+        self._columns, blocks, at = data["param_prob"].var_id_to_col, list[Block](), 0
+        for row, (x, y) in zip(self._dense, zip(self._parts[::2], self._parts[1::2], strict=True), strict=True):
+            rows, sources = slice(at, at + x.size), slice(at + x.size, at + x.size + y.size)
+            at = sources.stop
+            defined, of = (self.matrix[part].indices.astype(int) for part in (rows, sources))
+            blocks.append(
+                Block(row, np.asarray(row.args[1].args[0].value), defined, of, rows, sources, float(self.matrix.data[self.matrix.indptr[rows.start]]))
+            )
+        self.blocks, self.sparse_zero = blocks, at
+
+    def has(self, variable: cp.Variable) -> bool:
+        """Whether a variable is in the program as it is."""
+        return variable.id in self._columns
+
+    def place(self, variable: cp.Variable) -> slice:
+        """Where the values of a variable stand in z."""
+        first = int(self._columns[variable.id])
+        return slice(first, first + variable.size)
+
+    def whole(self, y: Array) -> Array:
+        """Multipliers, of which those of the rows of `z[of]` follow from those of their blocks."""
+        for block in self.blocks:
+            y[block.sources] = -(block.matrix.T @ y[block.rows])
+        return y
+
+    def violation(self, z: Array, units: Array) -> float:
+        """Largest violation of a row by values, over the size of its terms, those of an unknown counted from its unit on."""
+        s = self.right - self.matrix @ z
+        for block in self.blocks:
+            s[block.rows], s[block.sources] = 0.0, 0.0  # put in: their errors are the referee's
+        size = np.abs(self.matrix) @ np.maximum(np.abs(z), units) + np.abs(self.right)
+        off = np.r_[np.abs(s[: self.zero]), np.maximum(-s[self.zero : self.zero + self.nonneg], 0.0)]
+        worst, at = [float(np.max(off / np.where(size[: len(off)] > 0, size[: len(off)], 1.0), initial=0.0))], self.zero + self.nonneg
+        for count in self.soc:
+            cone = slice(at, at + count)
+            worst.append(float(np.linalg.norm(s[cone][1:]) - s[cone][0]) / (float(size[cone].sum()) or 1.0))
+            at += count
+        return max(worst)
+
+    def save(self, z: Array, y: Array) -> None:
+        """Put an answer into the variables and the multipliers of the rows of the problem."""
+        told = SimpleNamespace(x=z, z=y, status="Solved", obj_val=float(self.cost @ z), obj_val_dual=0.0, solve_time=0.0, iterations=0)
+        self._skeleton.unpack_results(told, self._chain, self._inverse)
+        for row, part in zip(self._dense, self._parts[::2], strict=True):
+            row.save_dual_value(part.dual_value)
+        values = {variable.id: variable.value for variable in self.problem.variables()}
+        duals = {part.id: part.value for row in self.problem.constraints for part in row.dual_variables}
+        self.problem.unpack(Solution(cp.OPTIMAL, float(self.problem.objective.value), values, duals, {}))
+
+    def save_multipliers(self, y: Array) -> dict[int, float]:
+        """Put multipliers alone into the rows of the problem; the largest of each row, by its id."""
+        self.save(np.zeros(len(self.cost)), y)
+        return {row.id: max(float(np.abs(part.value).max(initial=0.0)) for part in row.dual_variables) for row in self.problem.constraints}
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What multipliers prove of a largest objective: the value, its upper bound without the defect, and the defect.
+
+    The defect is by how much the bound may be off because the multipliers do not quite balance, for all z of the size of this one, or of their unit.
+    """
+
+    value: float
+    bound: float
+    defect: float
+    unit: float
+
+    @property
+    def gap(self) -> float:
+        """Distance of the bound from the value, and the defect, over the value, or over a millionth of its unit where that is more."""
+        return (abs(self.bound - self.value) + self.defect) / max(abs(self.value), FLOOR * self.unit)
+
+
+def proof(compiled: Compiled, z: Array, y: Array, units: Array, unit: float) -> Proof:
+    """The bound that multipliers in their cones prove by weak duality on the program as it was compiled, in the sense of the problem's objective."""
+    sense = -1.0 if isinstance(compiled.problem.objective, cp.Maximize) else 1.0
+    constant = float(compiled.problem.objective.value) - sense * float(compiled.cost @ z)
+    defect = float(np.abs(compiled.matrix.T @ y + compiled.cost) @ np.maximum(np.abs(z), units))
+    return Proof(constant + sense * float(compiled.cost @ z), constant - sense * float(compiled.right @ y), defect, unit)
+
+
+def _is_dense(row: cp.Constraint) -> bool:
+    """Whether a row is `x == Constant @ y` of a full matrix."""
+    if not isinstance(row, cp.constraints.Equality):
+        return False
+    left, right = row.args
+    return bool(
+        isinstance(right, cp.atoms.affine.binary_operators.MulExpression)
+        and isinstance(right.args[0], cp.Constant)
+        and isinstance(right.args[0].value, np.ndarray)
+        and right.args[0].ndim == 2
+        and all(_is_variable(part) for part in (left, right.args[1]))
+    )
+
+
+def _is_variable(part: cp.Expression) -> bool:
+    """Whether an expression is a variable, or entries of it in the order of its columns or chosen by a matrix of zeros and ones."""
+    while part.args and isinstance(part, (cp.reshape, cp.atoms.affine.binary_operators.MulExpression)):
+        part = part.args[-1]
+    return isinstance(part, cp.Variable)
