@@ -18,7 +18,7 @@ from dataclasses import dataclass, field, replace
 import cvxpy as cp
 import numpy as np
 
-from ..contact import RESIDUAL, ZERO_LOAD_FACTOR, Array, SolveRecord, frozen
+from ..contact import RESIDUAL, Array, SolveRecord, frozen
 from .answered import Mechanism
 from .critical_state import CriticalState
 from .models import Row, Unknowns, critical, stuck
@@ -150,8 +150,7 @@ def _claimed(program: Program, state: CriticalState, found: float) -> NodeClaim:
 
     If it does not pass, but the multipliers prove that the node is not critical below the load factor `found`, the claim is that.
     """
-    task, slip, factor, proof = program.task, program.slip, program.load_factor, program.chain.proof
-    load_factor = factor if factor > ZERO_LOAD_FACTOR * task.load_unit else 0.0
+    task, slip, load_factor, proof = program.task, program.slip, program.load_factor, program.chain.proof
     (q, p), node = task.change(slip), state.node
     off = float(np.abs(np.r_[q[node], p[node]] - state.at_zero - load_factor * state.rate).max()) / task.force
     residual, least = max(task.violation(load_factor, slip), off, proof.gap, program.own_violation), proof.bound - proof.defect

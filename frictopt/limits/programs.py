@@ -8,9 +8,10 @@ from weakref import WeakKeyDictionary
 import cvxpy as cp
 import numpy as np
 from cvxpy.reductions.dcp2cone.dcp2cone import Dcp2Cone
+from scipy.optimize import nnls
 from scipy.spatial import ConvexHull
 
-from ..contact import RESIDUAL, ROUNDING, Array, ContactSystem, LoadCycle, lengths, shown
+from ..contact import CONDENSATION, RESIDUAL, ROUNDING, ZERO_LOAD_FACTOR, Array, ContactSystem, LoadCycle, lengths, shown
 from ..errors import ModelError
 from ..solve.chain import Chain
 from ..solve.inverse import by_inverse, unresisted
@@ -107,19 +108,34 @@ class Program:
 
     @property
     def load_factor(self) -> float:
-        """The load factor of the solution, >= 0."""
-        return max(0.0, float(self.x.load_factor.value))  # in this order -0 becomes 0
+        """The load factor of the solution, >= 0; what is rounding of its unit is 0."""
+        factor = float(self.x.load_factor.value)
+        return factor if factor > ZERO_LOAD_FACTOR * self.task.load_unit else 0.0
 
     @property
     def slip(self) -> Array:
         """(N,) or (N, 2) slip of the solution, within its bound; of open nodes the one under the mean load."""
         task, slip = self.task, np.array(self.x.slip.value)
+        if task.most is None and not self.own and len(task.W):
+            slip -= self._slide(slip)
         if task.most is not None:
             slip[task.most == 0] = 0.0
             size = lengths(slip, task.most)  # cut to the bound that it exceeds by no more than the tolerance of solvers
             if task.beyond(slip) <= RESIDUAL:
                 slip = np.where(size > task.most, slip.T / np.where(size > 0, size, 1.0) * task.most, slip.T).T
         return task.rested(slip)
+
+    def _slide(self, slip: Array) -> Array:
+        """What a slip slides without need: the gaps of open nodes alone feel it, and interior points go as far as they grow."""
+        (free, _), task = free_slips(self.task), self.task
+        opens, found = task.W @ free, free.T @ slip.T.ravel()
+        opens = np.where(np.abs(opens) > CONDENSATION, opens, 0.0) / task.clearance
+        lack = opens @ found - np.min([gap.value for gap in self.x.gap.values()], axis=0) / task.clearance
+        columns, last = np.vstack([opens.T, lack]), np.eye(len(found) + 1)[-1]
+        *way, share = columns @ nnls(columns, last)[0] - last  # the problem of least distance of Lawson & Hanson
+        least = -np.array(way) / share if share else found
+        slide = free @ (found - least) if (opens @ least >= lack - RESIDUAL).all() else np.zeros(len(free))
+        return np.asarray(slide.reshape(slip.T.shape).T)
 
     @property
     def motion(self) -> Mechanism:

@@ -191,10 +191,11 @@ class Question:
 
     @cached_property
     def node_unit(self) -> Array:
-        """(N,) force unit of each node: its pressure under the mean load, or what else acts on it."""
+        """(N,) force unit of each node: its pressure under the mean load, or what else acts on it; of an open one the mean."""
         (sheared, swung), (held, pressed) = ((np.linalg.norm(r[:, :-1], axis=1), np.abs(r[:, -1])) for r in (self.r1, self.r0))
         pressure, acts = pressed.max(axis=0), np.maximum(held.max(axis=0), np.maximum(sheared, swung).max(axis=0))
-        return np.asarray(np.where(pressure > _NO_PRESSURE * self.force, pressure, np.maximum(acts, _NO_PRESSURE * self.force)))
+        unit = np.where(pressure > _NO_PRESSURE * self.force, pressure, np.maximum(acts, _NO_PRESSURE * self.force))
+        return np.where(self.open, self.force, unit)
 
     @property
     def shear_unit(self) -> Array:

@@ -260,7 +260,8 @@ def without_limit(program: Program, chosen: bool, solver: str | None) -> Shakedo
     """
     task, names = program.task, (*program.own, "objective") if chosen else tuple(program.own)
     unsafe = np.full(task.slip_shape, np.nan)
-    if none := program.chain.contradiction(solver):
+    bare = program if not names else replace(program, own={}).compiled(shakedown(program.x, program.rows), task.load_unit)
+    if none := bare.chain.contradiction(solver) or program.chain.contradiction(solver):  # without the user's rows first: then no row is to blame
         ruling, record = program.ruling(none.ruling), SolveRecord(residual=none.residual)
         limit = ShakedownLimit(np.nan, unsafe, record, task, program.motion, LimitKind.NO_SAFE_SLIP, np.nan)
         why = f"no residual slip that is safe at any load factor{task.pattern} obeys {', '.join(ruling)}: drop or relax them"

@@ -109,7 +109,7 @@ class Chain:
 
     def _claim(self, x: Array, y: Array, judged: Callable[[], C]) -> C:
         reduced = self.reduced
-        z, multipliers = reduced.back(x, y)
+        z, multipliers = reduced.back(x), reduced.multipliers(y, self._compiled.cost)
         self.violation = self._compiled.violation(z, reduced.z_unit)
         self._compiled.save(z, multipliers)
         self.proof = proof(self._compiled, z, multipliers, reduced.z_unit, self.unit)
@@ -144,7 +144,7 @@ class Chain:
         way = replace(program, right=np.zeros(len(program.right)))
         if way.violation(found[1]) > RESIDUAL * max(1.0, float(np.abs(found[1]).max(initial=0.0))):
             return None
-        z = reduced.back(found[1], np.zeros(len(program.right)))[0]
+        z = reduced.back(found[1]) - reduced.back(np.zeros_like(found[1]))  # a direction: what is put in is affine
         return NoAnswer(frozenset(), z, max(found[0], 0.0)) if -compiled.cost @ z > 0 else None
 
 

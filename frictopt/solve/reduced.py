@@ -117,18 +117,16 @@ class Reduced:
 
     def _on_x(self, block: Block, which: Integers, width: int, where: Integers) -> Array:
         """Rows of a dense block on x."""
-        matrix = np.zeros((len(which), width))
+        matrix, kept = np.zeros((len(which), width)), where[block.of] >= 0
+        matrix[:, where[block.of[kept]]] = block.matrix[which][:, kept]
         for (change, square), span in zip(self._changes, self._spans, strict=True):
-            if block.row in change.blocks and np.array_equal(block.of, square.of):
-                matrix[:, span] = change.blocks[block.row][which]
-                return matrix
-        matrix[:, where[block.of]] = block.matrix[which]
+            matrix[:, span] = _moved(block, which, change, square)
         return matrix
 
     def _felt(self, change: Change, square: Block, direct: Array, used: Array, dense: Sequence[Block]) -> tuple[Change, Block]:
         """A change without the unknowns that no row feels, with its equation."""
         felt = np.abs(change.product[np.flatnonzero(direct[square.defined])]).sum(axis=0) + np.abs(change.matrix[direct[square.of]]).sum(axis=0)
-        felt = felt + sum(np.abs(change.blocks[block.row][used[block.defined]]).sum(axis=0) for block in dense if block.row in change.blocks)
+        felt = felt + sum(np.abs(_moved(block, np.flatnonzero(used[block.defined]), change, square)).sum(axis=0) for block in dense)
         keep = np.flatnonzero(np.ravel(felt))
         blocks = {row: matrix[:, keep] for row, matrix in change.blocks.items()}
         return replace(
@@ -172,6 +170,8 @@ class Reduced:
         self.arrays = Arrays(rows, block, np.r_[sides[chosen], right / row_unit], cost * self.x_unit, len(chosen), sizes)
         self.z_unit = self.unit.copy()
         self.z_unit[self.kept] = self.x_unit[m:]
+        for step in reversed(self._steps):
+            step.unit(self.z_unit)
 
     def _derived(self, unit: Array, size: csr_array, constant: Array) -> Array:
         """Units of the unknowns, those not known from what the rows in which they stand allow them."""
@@ -186,8 +186,8 @@ class Reduced:
             unit = np.where(unknown & np.isfinite(allowed), allowed, unit)
         return np.where(unit == 0, 1.0, unit)
 
-    def back(self, x: Array, y: Array) -> tuple[Array, Array]:
-        """The unknowns and the multipliers of the compiled program, from those of this one."""
+    def back(self, x: Array) -> Array:
+        """The unknowns of the compiled program, from those of this one."""
         compiled, x = self.compiled, x * self.x_unit
         z = np.zeros(len(compiled.cost))
         z[self.kept] = x[self.changed :]
@@ -199,7 +199,7 @@ class Reduced:
                 z[block.defined] = block.matrix @ z[block.of]
         for step in reversed(self._steps):
             step.value(z)
-        return z, self.multipliers(y, compiled.cost)
+        return z
 
     def multipliers(self, y: Array, cost: Array) -> Array:
         """The multipliers of the compiled program with a cost, its own or none."""
@@ -213,3 +213,11 @@ class Reduced:
         for block in compiled.blocks:
             multipliers[block.rows] = -block.sign * off[block.defined]
         return compiled.whole(multipliers)
+
+
+def _moved(block: Block, which: Integers, change: Change, square: Block) -> Array:
+    """Rows of a dense block on the unknowns of a change of variables."""
+    if block.row in change.blocks:
+        return change.blocks[block.row][which]
+    _, at, by = np.intersect1d(block.of, square.of, return_indices=True)
+    return np.asarray(block.matrix[np.ix_(which, at)] @ change.matrix[by])

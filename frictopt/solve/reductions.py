@@ -58,6 +58,12 @@ class Defined:
         z[self.unknowns] = 0.0
         z[self.unknowns] = (self._sides - self._rows @ z) / self._pivots
 
+    def unit(self, units: Array) -> None:
+        """Their units, where none is known, from those of the others in their rows."""
+        none = self.unknowns[units[self.unknowns] == 0]
+        sizes = (np.abs(self._rows) @ units + np.abs(self._sides)) / np.abs(self._pivots)
+        units[none] = sizes[np.isin(self.unknowns, none)]
+
     def multiplier(self, y: Array, matrix: csr_array, cost: Array) -> None:
         """The multipliers of their rows, from those of all others with them."""
         y[self._names] = -(matrix.T @ y + cost)[self.unknowns] / self._pivots
