@@ -128,10 +128,9 @@ class Reduced:
         felt = np.abs(change.product[np.flatnonzero(direct[square.defined])]).sum(axis=0) + np.abs(change.matrix[direct[square.of]]).sum(axis=0)
         felt = felt + sum(np.abs(_moved(block, np.flatnonzero(used[block.defined]), change, square)).sum(axis=0) for block in dense)
         keep = np.flatnonzero(np.ravel(felt))
-        blocks = {row: matrix[:, keep] for row, matrix in change.blocks.items()}
-        return replace(
-            change, matrix=change.matrix[:, keep], product=csr_array(change.product[:, keep]), blocks=blocks, unit=change.unit[keep]
-        ), square
+        blocks, loaded = {row: matrix[:, keep] for row, matrix in change.blocks.items()}, change.loaded[keep[keep < change.values]]
+        matrix, product = change.matrix[:, keep], csr_array(change.product[:, keep])
+        return replace(change, matrix=matrix, product=product, blocks=blocks, unit=change.unit[keep], loaded=loaded), square
 
     def _scaled(self, program: Rows, left_out: Integers) -> None:
         """Units of unknowns and rows, and the arrays in them."""
@@ -212,6 +211,10 @@ class Reduced:
         off = compiled.matrix.T @ multipliers + cost
         for block in compiled.blocks:
             multipliers[block.rows] = -block.sign * off[block.defined]
+        off = compiled.matrix.T @ compiled.whole(multipliers) + cost
+        for change, square in self._changes:  # the rounding of the inverse, which soft unknowns make large
+            at, count = np.arange(square.rows.start, square.rows.stop)[change.loaded], change.values
+            multipliers[at] += square.sign * (off[square.of] @ change.matrix[:, :count]) / change.product[change.loaded, np.arange(count)]
         return compiled.whole(multipliers)
 
 
