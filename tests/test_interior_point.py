@@ -62,7 +62,7 @@ def test_both_objectives_are_one_over_their_own_size_where_that_is_small(seed):
     """A limit of a hundredth of its unit, say: from its proofs nothing is left for a polish to mend."""
     problem, optimum = planted(np.random.default_rng(seed), n=9, numbers=9, circles=9, defined=2)
     _, value, bound = ours(cp.Problem(cp.Maximize(0.01 / abs(optimum) * problem.objective.expr), problem.constraints))
-    assert value == pytest.approx(np.copysign(0.01, optimum), rel=1e-8) and bound == pytest.approx(value, rel=1e-8)
+    assert value == pytest.approx(np.copysign(0.01, optimum), rel=1e-8) and bound == pytest.approx(value, rel=5e-8)
 
 
 @pytest.mark.parametrize("seed", range(12))

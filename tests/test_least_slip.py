@@ -41,7 +41,7 @@ def test_it_is_sharp_on_the_punch_and_names_its_edges():
     least = limit.least_slip(1.5 * limit.load_factor)
     slip, gap = corners(scene, PULL, 0.7, least.load_factor, limit.slip, 40)
     assert not gap.any() and least.of(slip) == pytest.approx(least.bound, rel=1e-9)
-    assert set(least.to_frame()["node"][:2]) == {0, 16}
+    assert least.to_frame()["node"][0] in (0, 16)  # of mirror images the mechanism may be one
     assert np.ptp(slip, axis=0).sum() >= least.total > 0
 
 

@@ -50,7 +50,7 @@ class Mechanism:
     @property
     def size(self) -> Array:
         """(K, N) sizes of the slips."""
-        return np.asarray(np.linalg.norm(self.moves[:, :-1], axis=1))
+        return np.asarray(np.hypot.reduce(self.moves[:, :-1], axis=1, initial=0.0))
 
     @property
     def opening(self) -> Array:

@@ -178,6 +178,8 @@ def critical_motion(program: Program, state: CriticalState) -> Mechanism:
         ways = np.column_stack([q / size[:, None], np.full(len(corners), -f[node])])
         levers = (size.sum() - size) / ((len(corners) - 1) * size.sum())
     shares = np.linalg.lstsq(ways.T, y, rcond=None)[0] if np.isfinite(ways).all() else np.full(len(corners), np.nan)
-    own = shares[:, None] * ways + levers[:, None] * (y - shares @ ways)
-    moves[corners, :, node] += own
-    return replace(others, moves=moves)
+    own = np.zeros_like(moves)
+    own[corners, :, node] = shares[:, None] * ways + levers[:, None] * (y - shares @ ways)
+    if task.give is not None:  # open nodes follow
+        own -= (own.reshape(len(own), -1) @ task.system.S @ task.give).reshape(own.shape)
+    return replace(others, moves=moves + own)

@@ -6,7 +6,7 @@ from ..contact import Array, Booleans, ContactSystem
 from ..errors import ModelError, NoContinuation
 from .question import Question, with_open
 
-_BESIDE = 2.0  # distances of the nearest node within which others are its neighbours
+_BESIDE = 1.5  # distances of the nearest node within which others are its neighbours
 
 
 def rest_under_mean(task: Question) -> Question | None:

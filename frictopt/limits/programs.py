@@ -148,7 +148,7 @@ class Program:
             moves[k, -1] = rows[self.x.p[k]].dual_value
         if len(self.corners) and not np.isfinite(moves).all():
             moves = np.full_like(moves, np.nan)
-        size = np.linalg.norm(moves[:, :-1], axis=1)
+        size = np.hypot.reduce(moves[:, :-1], axis=1, initial=0.0)
         moves[:, -1] = np.maximum(moves[:, -1], task.friction * size)  # so it is, but for rounding
         hold = None
         if task.most is not None:

@@ -260,13 +260,14 @@ def without_limit(program: Program, chosen: bool, solver: str | None) -> Shakedo
     """
     task, names = program.task, (*program.own, "objective") if chosen else tuple(program.own)
     unsafe = np.full(task.slip_shape, np.nan)
-    bare = program if not names else replace(program, own={}).compiled(shakedown(program.x, program.rows), task.load_unit)
-    if none := bare.chain.contradiction(solver) or program.chain.contradiction(solver):  # without the user's rows first: then no row is to blame
+    bare = replace(program, own={}).compiled(shakedown(program.x, program.rows), task.load_unit) if names else None
+    more = program.chain.growth(solver)
+    if none := (bare and bare.chain.contradiction(solver)) or program.chain.contradiction(solver, more):  # of a contact without a safe slip no row is to blame
         ruling, record = program.ruling(none.ruling), SolveRecord(residual=none.residual)
         limit = ShakedownLimit(np.nan, unsafe, record, task, program.motion, LimitKind.NO_SAFE_SLIP, np.nan)
         why = f"no residual slip that is safe at any load factor{task.pattern} obeys {', '.join(ruling)}: drop or relax them"
         return replace(limit, constraints=names, _why=why) if ruling else limit
-    if not (more := program.chain.growth(solver)):
+    if not more:
         return None
     if chosen:
         raise ModelError("objective: it grows without end over the safe slips; subtract what it costs, or bound it by a constraint")

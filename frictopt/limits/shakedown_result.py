@@ -210,9 +210,12 @@ class ShakedownLimit(Rated):
         if not self.load_factor > 0 or (least > 0 and not self.constraints):
             more += unscaled_diagnosis(task.system, task.cycle, task.friction)
         if not self.load_factor > 0:
-            smooth = self.kind is LimitKind.FINITE and task.friction[self._ruling] == 0 and self._motion.size[:, self._ruling].any()
-            more = f"node {self._ruling} has no friction, and the cyclic load shears it" if smooth else more
-            above = " above 0" * (self.kind is LimitKind.FINITE)
+            node, above = self._ruling, " above 0" * (self.kind is LimitKind.FINITE)
+            sheared, alone = self._motion.size[:, node].any(), len(self.mechanism) and set(self.mechanism["node"]) == {node}
+            if above and task.friction[node] == 0 and sheared:
+                more = f"node {node} has no friction, and the cyclic load shears it"
+            elif above and alone and np.abs(task.r0[:, -1, node]).max() <= ROUNDING * task.force:
+                more = f"node {node} carries no pressure under the mean load, and the cyclic load {'shears' if sheared else 'lifts'} it"
             return f"{self._opened}no {slip} is safe at any load factor{above}{task.pattern}: {more}{self._border}"
         if least > 0:
             alone = f"{task.pattern[1:]} " * growth  # else it is said with the limit

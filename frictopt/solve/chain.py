@@ -109,7 +109,7 @@ class Chain:
 
     def _claim(self, x: Array, y: Array, judged: Callable[[], C]) -> C:
         reduced = self.reduced
-        z, multipliers = reduced.back(x), reduced.multipliers(y, self._compiled.cost)
+        z, multipliers = reduced.back(x, y)
         self.violation = self._compiled.violation(z, reduced.z_unit)
         self._compiled.save(z, multipliers)
         self.proof = proof(self._compiled, z, multipliers, reduced.z_unit, self.unit)
@@ -121,16 +121,24 @@ class Chain:
         values = growth.z[self._compiled.place(variable)].reshape(variable.shape, order="F")
         return float(values) if values.ndim == 0 else values
 
-    def contradiction(self, solver: str | None = None) -> NoAnswer | None:
-        """Proof that no values of the variables obey all rows (Farkas's lemma): its multipliers stand in the rows then. None where there is none."""
+    def contradiction(self, solver: str | None = None, growth: NoAnswer | None = None) -> NoAnswer | None:
+        """Proof that no values of the variables obey all rows (Farkas's lemma): its multipliers stand in the rows then. None where there is none.
+
+        Along unknowns that can grow without end, it must hold to the last digits of its terms.
+        """
         program, reduced, compiled = self.reduced.arrays, self.reduced, self._compiled
         found = _least_excess(program, program.right, None, solver)
         if found is None or not found[0] > RESIDUAL:
             return None
         multipliers = reduced.multipliers(found[2], np.zeros(len(compiled.cost)))
-        lack, off = -float(compiled.right @ multipliers), float(np.abs(compiled.matrix.T @ multipliers) @ reduced.z_unit)
+        balance = compiled.matrix.T @ multipliers
+        lack, off = -float(compiled.right @ multipliers), float(np.abs(balance) @ reduced.z_unit)
         if not lack > 0 or off / lack / _FAR > RESIDUAL:
             return None
+        if growth and growth.z is not None:
+            terms = np.abs(multipliers) @ (np.abs(compiled.matrix) @ np.abs(growth.z))
+            if abs(balance @ growth.z) > RESIDUAL * terms:
+                return None
         sizes = compiled.save_multipliers(multipliers)
         largest = max(sizes.values(), default=0.0)
         return NoAnswer(frozenset(row for row, size in sizes.items() if size > RESIDUAL * largest), None, off / lack / _FAR)
@@ -144,7 +152,8 @@ class Chain:
         way = replace(program, right=np.zeros(len(program.right)))
         if way.violation(found[1]) > RESIDUAL * max(1.0, float(np.abs(found[1]).max(initial=0.0))):
             return None
-        z = reduced.back(found[1]) - reduced.back(np.zeros_like(found[1]))  # a direction: what is put in is affine
+        none = np.zeros(len(program.right))
+        z = reduced.back(found[1], none)[0] - reduced.back(np.zeros_like(found[1]), none)[0]  # a direction: what is put in is affine
         return NoAnswer(frozenset(), z, max(found[0], 0.0)) if -compiled.cost @ z > 0 else None
 
 
@@ -176,14 +185,13 @@ def _least_excess(program: Arrays, right: Array, cost: Array | None, solver: str
     kind = LP if program.sizes.max(initial=1) == 1 else LARGE_SOCP if width >= _LARGE else SOCP
     for name in solver_order(None, kind):
         status, x, y = run(arrays, name, -np.inf)
-        for polished in (False, True):
-            if status != OPTIMAL:
-                continue
-            x, y = polish(arrays, x, y) if polished else (x, arrays.admissible(y))
-            value, bound = float(x[width]), -float(arrays.right @ y)
-            off = float(np.abs(arrays.matrix.T @ y + arrays.cost) @ np.maximum(np.abs(x), 1.0))
-            if abs(value - bound) + off <= RESIDUAL or bound - off > RESIDUAL:
-                last_rows = 2 * zero + linear + len(sides)
-                own = np.r_[y[:zero] - y[zero + linear : 2 * zero + linear], y[zero : zero + linear], y[last_rows:]]
-                return bound if bound - off > RESIDUAL else min(value, bound), x[:width], own
+        if status != OPTIMAL:
+            continue
+        x, y = polish(arrays, x, y)
+        value, bound = float(x[width]), -float(arrays.right @ y)
+        off = float(np.abs(arrays.matrix.T @ y + arrays.cost) @ np.maximum(np.abs(x), 1.0))
+        if abs(value - bound) + off <= RESIDUAL or bound - off > RESIDUAL:
+            last_rows = 2 * zero + linear + len(sides)
+            own = np.r_[y[:zero] - y[zero + linear : 2 * zero + linear], y[zero : zero + linear], y[last_rows:]]
+            return bound if bound - off > RESIDUAL else min(value, bound), x[:width], own
     return None

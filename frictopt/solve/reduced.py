@@ -185,8 +185,8 @@ class Reduced:
             unit = np.where(unknown & np.isfinite(allowed), allowed, unit)
         return np.where(unit == 0, 1.0, unit)
 
-    def back(self, x: Array) -> Array:
-        """The unknowns of the compiled program, from those of this one."""
+    def back(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """The unknowns and the multipliers of the compiled program, from those of this one."""
         compiled, x = self.compiled, x * self.x_unit
         z = np.zeros(len(compiled.cost))
         z[self.kept] = x[self.changed :]
@@ -198,7 +198,7 @@ class Reduced:
                 z[block.defined] = block.matrix @ z[block.of]
         for step in reversed(self._steps):
             step.value(z)
-        return z
+        return z, self.multipliers(y, compiled.cost)
 
     def multipliers(self, y: Array, cost: Array) -> Array:
         """The multipliers of the compiled program with a cost, its own or none."""
@@ -214,7 +214,7 @@ class Reduced:
         off = compiled.matrix.T @ compiled.whole(multipliers) + cost
         for change, square in self._changes:  # the rounding of the inverse, which soft unknowns make large
             at, count = np.arange(square.rows.start, square.rows.stop)[change.loaded], change.values
-            multipliers[at] += square.sign * (off[square.of] @ change.matrix[:, :count]) / change.product[change.loaded, np.arange(count)]
+            multipliers[at] += square.sign * (off[square.of] @ change.matrix[:, :count]) / change.product[change.loaded][:, :count].diagonal()
         return compiled.whole(multipliers)
 
 
