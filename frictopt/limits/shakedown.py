@@ -262,7 +262,7 @@ def without_limit(program: Program, chosen: bool, solver: str | None) -> Shakedo
     unsafe = np.full(task.slip_shape, np.nan)
     bare = replace(program, own={}).compiled(shakedown(program.x, program.rows), task.load_unit) if names else None
     more = program.chain.growth(solver)
-    if none := (bare and bare.chain.contradiction(solver)) or program.chain.contradiction(solver, more):  # of a contact without a safe slip no row is to blame
+    if none := (bare and bare.chain.contradiction(solver)) or program.chain.contradiction(solver, more):  # no row is to blame if none is safe without
         ruling, record = program.ruling(none.ruling), SolveRecord(residual=none.residual)
         limit = ShakedownLimit(np.nan, unsafe, record, task, program.motion, LimitKind.NO_SAFE_SLIP, np.nan)
         why = f"no residual slip that is safe at any load factor{task.pattern} obeys {', '.join(ruling)}: drop or relax them"

@@ -91,11 +91,13 @@ class Chain:
             outcome, x, y = run(program, name, above / self.unit)
             claim = None
             if outcome == OPTIMAL:
-                agreed, claim = False, self._claim(x, program.admissible(y), judged)
-                attempts.append(Attempt(name, outcome, claim.residual))
-                if not claim.residual <= tolerance:
-                    claim = self._claim(*polish(program, x, y), judged)
-                    attempts.append(Attempt(name, f"refined on the {'vertex' if kind == LP else 'active cones'}", claim.residual))
+                agreed = False
+                for polished in (True, False) if kind == SOCP else (False, True):  # digits that interior points leave cost little in small cone programs
+                    claim = self._claim(*(polish(program, x, y) if polished else (x, program.admissible(y))), judged)
+                    on = f"refined on the {'vertex' if kind == LP else 'active cones'}" if polished else outcome
+                    attempts.append(Attempt(name, on, claim.residual))
+                    if claim.residual <= tolerance:
+                        break
             else:
                 said = outcome in (INFEASIBLE, UNBOUNDED, NONE)
                 claim = no_optimum() if said and no_optimum else None
