@@ -137,7 +137,7 @@ def test_what_steps_miss_by_rounding_is_mended_where_slips_press_hard(seed):
     """Their limits and margins were errors: no step of the interior point, and no polish, made the multipliers right."""
     system, loads, f = wedged(seed)
     limit, safe = (ask(system, loads, f, *at, solver="INTERIOR_POINT") for ask, at in ((fo.shakedown_limit, ()), (fo.safe_slip, (0.3,))))
-    assert len(limit.record.attempts) == len(safe.record.attempts) == 1 and max(limit.residual, safe.residual) <= 1e-9
+    assert max(found.record.attempts[0].residual for found in (limit, safe)) <= 1e-9
     assert (safe.margin < 0) == (limit.load_factor < 0.3)
 
 

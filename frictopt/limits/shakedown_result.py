@@ -211,10 +211,10 @@ class ShakedownLimit(Rated):
             more += unscaled_diagnosis(task.system, task.cycle, task.friction)
         if not self.load_factor > 0:
             node, above = self._ruling, " above 0" * (self.kind is LimitKind.FINITE)
-            sheared, alone = bool(self._motion.size[:, node].any()), set(self.mechanism["node"]) == {node}
+            sheared, single = self._motion.size[:, node].any(), set(self.mechanism["node"]) == {node}
             if above and task.friction[node] == 0 and sheared:
                 more = f"node {node} has no friction, and the cyclic load shears it"
-            elif above and alone and np.abs(task.r0[:, -1, node]).max() <= ROUNDING * task.force:
+            elif above and single and np.abs(task.r0[:, -1, node]).max() <= ROUNDING * task.force:
                 more = f"node {node} carries no pressure under the mean load, and the cyclic load {'shears' if sheared else 'lifts'} it"
             return f"{self._opened}no {slip} is safe at any load factor{above}{task.pattern}: {more}{self._border}"
         if least > 0:

@@ -9,7 +9,7 @@ import cvxpy as cp
 import numpy as np
 from scipy.sparse import coo_array, csr_array, hstack, vstack
 
-from ..contact import RESIDUAL, Array, Attempt, SolveRecord
+from ..contact import RESIDUAL, ROUNDING, Array, Attempt, SolveRecord
 from .arrays import Arrays
 from .compiled import Compiled, Proof, proof
 from .engines import INFEASIBLE, NONE, OPTIMAL, UNBOUNDED, run
@@ -91,13 +91,12 @@ class Chain:
             outcome, x, y = run(program, name, above / self.unit)
             claim = None
             if outcome == OPTIMAL:
-                agreed = False
-                for polished in (True, False) if kind == SOCP else (False, True):  # digits that interior points leave cost little in small cone programs
-                    claim = self._claim(*(polish(program, x, y) if polished else (x, program.admissible(y))), judged)
-                    on = f"refined on the {'vertex' if kind == LP else 'active cones'}" if polished else outcome
-                    attempts.append(Attempt(name, on, claim.residual))
-                    if claim.residual <= tolerance:
-                        break
+                agreed, claim = False, self._claim(x, program.admissible(y), judged)
+                attempts.append(Attempt(name, outcome, claim.residual))
+                if not claim.residual <= (ROUNDING if kind == SOCP else tolerance):  # digits that interior points leave cost little in small programs
+                    refined = self._claim(*polish(program, x, y), judged)
+                    attempts.append(Attempt(name, f"refined on the {'vertex' if kind == LP else 'active cones'}", refined.residual))
+                    claim = self._claim(x, program.admissible(y), judged) if claim.residual < refined.residual else refined
             else:
                 said = outcome in (INFEASIBLE, UNBOUNDED, NONE)
                 claim = no_optimum() if said and no_optimum else None
