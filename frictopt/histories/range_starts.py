@@ -9,9 +9,9 @@ import numpy as np
 from ..contact import RESIDUAL, ROUNDING, Array, LoadCycle, lengths, reactions
 from ..errors import ModelError, SolverError
 from ..limits import guaranteed_limit, shakedown_limit
-from ..limits.open_nodes import rest_under_mean
+from ..limits.open_nodes import open_under_mean
 from ..limits.programs import free_slips
-from ..limits.question import Question, pose
+from ..limits.question import Question, pose, with_open
 from ..limits.safe_vertices import AdmissibleSlips
 
 _PARALLEL = ROUNDING  # directions of unit length that differ by less are one
@@ -65,7 +65,7 @@ class RangeStarts:
             task = pose(system, LoadCycle(loads, [{}]), friction, slip_bound=most)
             with suppress(SolverError):  # solvers tell no slip at all from an answer that is none only where both are plain
                 slips = extremes(task)
-            if all(slip is None for slip in slips) and (rest := rest_under_mean(task)):
+            if all(slip is None for slip in slips) and (opened := open_under_mean(task)) is not None and (rest := with_open(task, opened)):
                 slips = extremes(rest)
         found = dict[str, Array]()
         for name, slip in zip(self._directions, slips, strict=False):

@@ -1,4 +1,4 @@
-"""Limits of a load cycle as linear and cone programs: shakedown, safe residual slip, guaranteed limit, limit with open nodes."""
+"""Limits of a load cycle as linear and cone programs: shakedown, safe residual slip, guaranteed limit, required friction, region, design."""
 
 from ..contact import LimitKind
 from .design import DesignModel
@@ -11,6 +11,5 @@ from .safe_region_result import SafeRegion
 from .safe_slip import SafeSlipModel, safe_slip
 from .safe_slip_result import SafeSlip
 from .safe_vertices import safe_vertices
-from .separated_limit import SeparatedLimit, separated_limit
 from .shakedown import ShakedownModel, shakedown_limit
 from .shakedown_result import LeastSlip, ShakedownLimit

@@ -4,15 +4,9 @@ import numpy as np
 
 from ..contact import Array, Booleans, ContactSystem
 from ..errors import ModelError, NoContinuation
-from .question import Question, with_open
+from .question import Question
 
 _BESIDE = 1.5  # distances of the nearest node within which others are its neighbours
-
-
-def rest_under_mean(task: Question) -> Question | None:
-    """The question without the nodes that are open once the mean load has settled; None if none is, or no other is left."""
-    opened = open_under_mean(task)
-    return None if opened is None or opened.all() else with_open(task, opened)
 
 
 def open_under_mean(task: Question) -> Booleans | None:

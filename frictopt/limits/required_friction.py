@@ -22,7 +22,6 @@ _PROVEN_FRICTION = 100 * RESIDUAL  # share between the two friction coefficients
 _WIDEST_PROOF = 1e4 * RESIDUAL  # and the largest: a small node has a small part of the margin
 _LEAST_FRICTION = 1e-6  # which linear programs can tell from 0
 _MORE_FRICTION = tuple(4.0**k for k in range(1, 8))  # tried where 1 is not enough, up to what linear programs can tell from inf
-_LESS_FRICTION = tuple(0.7**k for k in range(1, 13))  # shares tried below an answer where the mean load may open nodes
 _NO_LEAST_PRESSURE = RESIDUAL  # pressure, over the force scale, that counts as none: it has the error of an answer
 
 
@@ -35,7 +34,7 @@ class RequiredFriction(Answered):
     required
         Coefficient of friction with which `slip` is safe; 0 if none is needed, inf if none is enough.
     bound
-        Coefficient of friction with which no slip is safe, all nodes closed or those open that the mean load then opens, less than 1e-5 below
+        Coefficient of friction with which no slip is safe, all nodes closed or those open that the search then finds, less than 1e-5 below
         `required`, relatively; nan where none is needed.
     slip
         (N,) or (N, 2) a residual slip that is safe with `required`, length; NaN where none is enough. `largest_slip` is its size: compare it with
@@ -73,9 +72,8 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     none is. It is the root of the margin of `safe_slip`, which never falls as friction grows. It is finite if some slip presses every
     node at every corner (f is then at most the largest `abs(q) / p` there). If no slip does, no friction is enough. More load may need less friction,
     where the mean load alone is not safe and the corners press: the load factors that are safe with one friction are an interval, see
-    `ShakedownLimit.least`. Which nodes the mean load leaves open, see `shakedown_limit`, depends on friction, so a slip that is safe with some may
-    not be with more. Less friction is tried there in steps, and it is proven that a slip is safe with the nodes that are open at the answer, and none
-    with those that are open just below it. Theory, eq. (16).
+    `ShakedownLimit.least`. Where nodes stay open, the best pattern counts that the search of `shakedown_limit` finds: a slip is proven safe with
+    its nodes open at the answer, and none with those of the pattern just below it. Theory, eq. (16).
 
     Parameters
     ----------
@@ -110,11 +108,10 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     alike = np.ptp(held + sheared, axis=0).max() <= RESIDUAL * max(np.abs(held).max(), np.abs(sheared).max())
     none_needed = alike and asked.proven(0.0, True)  # else no slip takes the shear off at all corners
     if not (none_needed or asked.proven(most, True)):
-        shares, most = (_LESS_FRICTION if asked.opens_below(most) else ()), asked.enough(_MORE_FRICTION if asked.opened else ())
+        most = asked.enough(_MORE_FRICTION)
     if most == np.inf:
         pressed, record = best_pressed(system, cycle, load_factor, slip_bound)
-        most = asked.enough((() if pressed.impossible or asked.opened else _MORE_FRICTION) + shares)
-        if pressed.impossible and most == np.inf:
+        if pressed.impossible:
             mechanism, record = pressed.motion.table(system, cycle.corner_names), replace(record, seconds=perf_counter() - started)
             nodes, unsafe, task = mechanism["node"].unique(), np.full(system.slip_shape, np.nan), replace(task, friction=task.friction * np.inf)
             named = [f"{x:.4g}" for x in system.x[nodes]] if system.tangents == 1 else [place(point) for point in system.points[nodes]]
@@ -122,11 +119,10 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
             why = f"whatever slips{within}, the loads open one of {len(nodes)} nodes ({where}) at some corner; press them"
             why = f"no friction is enough to keep all nodes closed: {why}"
             return RequiredFriction(load_factor, frozen(unsafe), record, task, np.inf, np.inf, mechanism, why)
-        if most == np.inf:
-            raise SolverError(
-                f"required friction: none up to {_MORE_FRICTION[-1]:g} is enough, although no node need open: the best residual slip leaves a "
-                f"pressure of {pressed.least:.1e} force scales at one node; press nodes of little pressure, or leave them out"
-            )
+        raise SolverError(
+            f"required friction: none up to {_MORE_FRICTION[-1]:g} is enough, although no node need open: the best residual slip leaves a "
+            f"pressure of {pressed.least:.1e} force scales at one node; press nodes of little pressure, or leave them out"
+        )
     root, step = 0.0 if none_needed else asked.root(most), _PROVEN_FRICTION
     if root < _LEAST_FRICTION:
         if not asked.proven(0.0, True):
@@ -149,7 +145,7 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
         mechanism = too_little._motion.table(system, cycle.corner_names)
         opened = int(too_little.open.sum())
         closed = f", {opened} nodes open and the others closed" if opened else ", all nodes closed"
-        why = f"no residual slip{within} is safe with {'a little ' * asked.may_open}less{closed}: see the mechanism"
+        why = f"no residual slip{within} is safe with less{closed}: see the mechanism"
     attempts = enough.record.attempts + too_little.record.attempts * (too_little is not enough)
     record = replace(enough.record, attempts=attempts, residual=max(enough.residual, too_little.residual), seconds=perf_counter() - started)
     required = root * (1 + step) if bound > 0 else 0.0
@@ -161,11 +157,6 @@ class _Asked:
 
     def __init__(self, model: SafeSlipModel, load_factor: float) -> None:
         self._model, self._load_factor = model, load_factor
-        self.may_open = bool((model._asked.r0[:, -1] < 0).any())
-        """Whether the mean load may open nodes, more or fewer of them with more friction."""
-        task = model._asked
-        self.slip_opens = not task.uncoupled and float(np.abs(task.r0[:, :-1]).max()) > RESIDUAL * task.force
-        """Whether slip under the mean load may open nodes that it presses while they stick."""
         self.found: dict[float, SafeSlip] = {}
 
     def safe(self, friction: float) -> SafeSlip:
@@ -193,27 +184,11 @@ class _Asked:
             if not (max(least, _LEAST_FRICTION) < friction + step < most and abs(step) < before / 2):
                 step = (least + most) / 2 - friction
             friction, before = friction + step, abs(step)
-        less = [share * friction for share in _LESS_FRICTION] if self.opens_below(friction) else []
-        return next((self.root(enough) for enough in less if not self.too_little(enough) and self.proven(enough, True)), friction)
-
-    def too_little(self, friction: float) -> bool:
-        """Whether none is known to be safe with more friction and the nodes open that the mean load opens with this, or that cannot be told."""
-        unsafe = [safe.open for more, safe in self.found.items() if more > friction and not safe.exists]
-        try:
-            rest = self._model._rest(self._model._posed(friction)) if unsafe else None
-        except SolverError:  # of the way to the mean load: no slip would be proven to be safe
-            return True
-        return bool(rest and any((known == rest.open).all() for known in unsafe))
+        return friction
 
     def enough(self, frictions: Sequence[float]) -> float:
         """The first of these frictions with which a safe slip is proven; inf if none is."""
         return next((friction for friction in frictions if self.proven(friction, True)), np.inf)
-
-    def opens_below(self, friction: float) -> bool:
-        """Whether the mean load may open nodes with some of the lower frictions that are tried: not if all stay closed with the least of them."""
-        model, least = self._model, _LESS_FRICTION[-1] * friction
-        self.may_open = self.may_open or (self.slip_opens and not model._closed_somewhere(model._posed(least)))
-        return self.may_open
 
     def proven(self, friction: float, exists: bool) -> bool:
         """Whether it is proven that a safe slip exists, or that none does."""
@@ -221,11 +196,6 @@ class _Asked:
             return self.safe(friction).exists is exists
         except SolverError:
             return False
-
-    @property
-    def opened(self) -> bool:
-        """Whether nodes are open under the mean load, which need not be pressed."""
-        return any(safe.open.any() for safe in self.found.values())
 
 
 @dataclass(frozen=True)

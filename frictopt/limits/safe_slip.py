@@ -6,17 +6,17 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import RESIDUAL, Array, ContactSystem, LoadCycle, SolveRecord, finite_number, listed, warns_of_odd_values
+from ..contact import Array, Booleans, ContactSystem, LoadCycle, SolveRecord, finite_number, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
 from ..solve.solvers import NoOptimum
 from . import models
 from .answered import answered
 from .models import Row
-from .open_nodes import rest_under_mean
-from .programs import Program, listed_rows
-from .question import Question
+from .programs import Program
+from .question import Question, with_open
 from .safe_model import SafeModel, in_turn
 from .safe_slip_result import SafeSlip
+from .shakedown import ShakedownModel
 
 _MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
 
@@ -50,15 +50,6 @@ class SafeSlipModel(SafeModel):
     -0.1
     """
 
-    _closing: float | Array = np.inf
-    """Friction with which some slip is known to be safe at some load factor, all nodes closed; it is so with more."""
-
-    _opening: float | Array = -np.inf
-    """Friction with which none is known to be; it is so with less."""
-
-    _left: tuple[bytes, Question | None] = b"", None
-    """The question of what the mean load leaves closed, and the friction of which it was asked last."""
-
     _given = True
     load_factor: cp.Parameter
     """The load factor that is given, a cvxpy parameter for constraints of your own."""
@@ -69,6 +60,8 @@ class SafeSlipModel(SafeModel):
         self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: ArrayLike | None = None, simplify: bool = True, solver: str | None = None
     ) -> None:
         super().__init__(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
+        self._shakedown = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
+        self._opened = b"", np.zeros(system.nodes, dtype=bool)  # the nodes that are open in the limit of the last friction
         self.margin = cp.Variable(name="margin")
         self._spare, self._apart = cp.Parameter(system.nodes, nonneg=True, name="mean_bound"), cp.Parameter(nonneg=True, name="clearance")
 
@@ -122,7 +115,7 @@ class SafeSlipModel(SafeModel):
         return self._shown(safe)
 
     def of_any_set(self, task: Question, load_factor: float, own: Sequence[cp.Constraint] = ()) -> SafeSlip:
-        """The slip with all nodes closed; where none is safe then at any load factor, that of those which the mean load leaves closed."""
+        """The slip with all nodes closed; where none is safe then, that with the nodes open that the shakedown limit leaves open."""
         load_factor = finite_number("load_factor", load_factor, least=0.0)
         largest = load_factor / task.force * float(np.abs(task.r1).max())
         if largest > _MOST_CYCLIC:
@@ -131,40 +124,24 @@ class SafeSlipModel(SafeModel):
                 "which is lost in their rounding; give less, or check the units of the load cases"
             )
 
-        def safe_of(task: Question) -> SafeSlip:
-            return self._safe(task, load_factor, own)
-
-        unsafe = bool((task.friction <= self._opening).all())
         try:
-            safe = None if own or unsafe else safe_of(task)  # own constraints may contradict each other where all nodes are closed
+            safe = None if own else self._safe(task, load_factor)  # own constraints may contradict each other where all nodes are closed
         except SolverError:  # a slip that hardly anything resists, as a roll, can hide the margin, and not that none is safe
-            if self._closed_somewhere(task):
-                raise
-            safe, unsafe = None, True
+            safe = None
         if safe is None or not safe.exists:
-            rest = self._rest(task) if unsafe or not self._closed_somewhere(task) else None
-            safe = safe_of(rest) if rest else safe or safe_of(task)
+            opened = self._pattern(task)
+            if safe is None or opened.any():
+                rest = with_open(task, opened)
+                assert rest is not None  # it has a limit
+                safe = self._safe(rest, load_factor, own)
         return safe
 
-    def _rest(self, task: Question) -> Question | None:
-        """See `rest_under_mean`."""
-        friction = task.friction.tobytes()
-        if friction != self._left[0]:
-            self._left = friction, rest_under_mean(task)
-        return self._left[1]
-
-    def _closed_somewhere(self, task: Question) -> bool:
-        """Whether some slip is safe with all nodes closed at some load factor; it is taken to be so where that cannot be told."""
-        if (task.friction >= self._closing).all() or task.violation(0.0, np.zeros(task.system.slip_shape)) <= RESIDUAL:
-            return True
-        closed = exists_at_some_load(task, self._solver)
-        if closed is None:
-            return True
-        if closed:
-            self._closing = task.friction
-        else:
-            self._opening = task.friction
-        return closed
+    def _pattern(self, task: Question) -> Booleans:
+        """(N,) which nodes the shakedown limit leaves open; none where it has no safe slip."""
+        key = task.friction.tobytes()
+        if self._opened[0] != key:
+            self._opened = key, self._shakedown.of_any_set(task).open
+        return self._opened[1]
 
 
 @warns_of_odd_values
@@ -228,19 +205,3 @@ def judged(program: Program, margin: cp.Variable, load_factor: float) -> SafeSli
     record = SolveRecord(residual=float(np.nan_to_num(residual, nan=np.inf)))
     bound, rate = proof.bound + proof.defect, float(np.sum(bounds * p))
     return SafeSlip(load_factor, slip, record, task, program.motion, value, bound, rate, constraints=tuple(program.own))
-
-
-def exists_at_some_load(task: Question, solver: str | None) -> bool | None:
-    """Whether some slip is safe at some load factor; None where neither is proven."""
-    x = models.unknowns(task.slip_shape, range(len(task.r1)))
-    program = listed_rows(task, x, cp.Parameter(task.system.nodes, nonneg=True, name="f"))
-    program = program.compiled(cp.Problem(cp.Minimize(x.load_factor), [*program.rows, x.load_factor >= 0]), task.load_unit)
-
-    def judged() -> SolveRecord:
-        return SolveRecord(residual=task.violation(program.load_factor, program.slip))
-
-    try:
-        program.chain.solve(judged, solver)
-    except SolverError:
-        return False if program.chain.contradiction(solver) else None
-    return True

@@ -19,7 +19,7 @@ from ..contact.diagnosis import growth_diagnosis
 from ..errors import ModelError, SolverError
 from .answered import Mechanism, answered
 from .models import least_load, shakedown
-from .open_nodes import rest_under_mean
+from .patterns import best_pattern
 from .programs import Program
 from .question import Question
 from .safe_model import SafeModel, in_turn
@@ -110,12 +110,11 @@ class ShakedownModel(SafeModel):
         return self._shown(self.of_any_set(self._posed(friction), own, objective))
 
     def of_any_set(self, task: Question, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> ShakedownLimit:
-        """The limit with all nodes closed; where no slip is safe then, that of those which the mean load leaves closed, if there is one."""
+        """The limit of the best pattern of open nodes that the search finds, see `patterns`; with all closed where none wants to open."""
         limit, none = self.of_set(task, own, objective), (LimitKind.NO_SAFE_SLIP, ())
-        if (limit.kind, limit.constraints) == none and (rest := rest_under_mean(task)):  # no slip is safe, whatever constraints of the user's own ask
-            opened = self.of_set(rest, own, objective)
-            limit = limit if (opened.kind, opened.constraints) == none else opened
-        return limit
+        if objective is not None or (np.isnan(limit.load_factor) and (limit.kind, limit.constraints) != none):
+            return limit  # whatever is open, constraints of the user's own contradict each other
+        return best_pattern(task, lambda asked, above: self.of_set(asked, own, objective, above), limit)
 
     def of_set(
         self, task: Question, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None, above: float = -np.inf
