@@ -233,7 +233,7 @@ class DesignModel(SafeModel):
         tasks = tuple(pose(system, cycle, one.task.friction, slip_bound=self._asked.most) for cycle, one in zip(cycles, every, strict=True))
         load_factor, proof = program.load_factor, program.chain.proof
         unsafe = max(task.violation(load_factor, slip) for task, slip in zip(tasks, slips, strict=True))
-        residual = float(np.nan_to_num(max(unsafe, proof.gap, program.own_violation), nan=np.inf))
+        residual = float(np.nan_to_num(np.max([unsafe, proof.gap, program.own_violation]), nan=np.inf))
         return Design(
             load_factor=load_factor,
             objective=proof.value if chosen else None,

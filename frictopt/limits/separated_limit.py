@@ -28,6 +28,7 @@ from ..contact import RESIDUAL, Attempt, ContactSystem, LimitKind, LoadCycle, So
 from ..contact.checks import Array, frozen, warns_of_odd_values, whole_number
 from ..errors import FrictoptError
 from ..solve.explain import Explained
+from ..solve.problem import Problem
 from ..solve.solvers import BoundStatus, bounds
 from ..transients.mean_load import unscaled_diagnosis
 from .answered import Answered
@@ -210,7 +211,7 @@ def corner_program(task: Question, least: float, most: float, *, open_stay: bool
         "least": lam >= least / most,
         "most": lam <= 1,
     } | ({"open_stay": opened == before @ opened} if open_stay else {})
-    problem = cp.Problem(cp.Maximize(lam), [row.set_label(name) for name, row in rows.items()])
+    problem = Problem(cp.Maximize(lam), [row.set_label(name) for name, row in rows.items()])
     return CornerProgram(problem, ((moved, most_slip), (w, most_gap), (p, most_pressure)))
 
 
