@@ -168,7 +168,10 @@ def test_a_sweep_under_constraints_is_one_compiled_problem_and_rates_are_slopes(
         (lambda model: cp.abs(cp.Variable(3, complex=True, name="own")) <= 1, r"constraints\[0\]: variable own is complex; give"),
         (lambda model: cp.abs(cp.Variable(3, imag=True, name="own")) <= 1, r"constraints\[0\]: variable own is imag; give"),
         (lambda model: model.slip <= cp.Parameter(name="most"), r"constraints\[0\]: parameter most has no value"),
-        (lambda model: cp.abs(model.slip + cp.Parameter(complex=True, value=1j, name="most")) <= 1, r"constraints\[0\]: parameter most is not finite or"),
+        (
+            lambda model: cp.abs(model.slip + cp.Parameter(complex=True, value=1j, name="most")) <= 1,
+            r"constraints\[0\]: parameter most is not finite or",
+        ),
         (lambda model: model.slip <= np.nan, r"constraints\[0\]: a constant is not finite"),
         (lambda model: model.slip <= np.array([0.1, np.inf, 0.1]), r"constraints\[0\]: a constant is not finite"),
         (lambda model: model.slip <= sp.csr_array([[np.inf, 0.0, 1.0]]) @ model.slip, r"constraints\[0\]: a constant is not finite"),

@@ -262,7 +262,9 @@ def check_rows(name: str, row: Row, mine: set[int]) -> None:
         if variable.attributes["boolean"] or variable.attributes["integer"]:
             raise ModelError(f"{name}: variable {variable.name()} is an integer; multipliers prove no such answer: solve `problem` with it by cvxpy")
         if more := {kind for kind, on in variable.attributes.items() if on} - _KINDS:
-            raise ModelError(f"{name}: variable {variable.name()} is {', '.join(sorted(more))}; give one without this attribute, and constraints in its place")
+            raise ModelError(
+                f"{name}: variable {variable.name()} is {', '.join(sorted(more))}; give one without this attribute, and constraints in its place"
+            )
     check_values(name, row)
     for part in Dcp2Cone(quad_obj=False).apply(cp.Problem(cp.Minimize(0), [row]))[0].constraints:
         if not isinstance(part, _CONES):

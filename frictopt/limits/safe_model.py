@@ -104,7 +104,9 @@ class SafeModel:
             self._programs.clear()  # one at a time: each has dense matrices
             self._programs[key] = program.compiled(problem, unit)
         program = self._programs[key]
-        for place, part in [(place, row) for place, group in program.own.items() for row in group] + [("objective", objective)] * (objective is not None):
+        for place, part in [(place, row) for place, group in program.own.items() for row in group] + [("objective", objective)] * (
+            objective is not None
+        ):
             check_values(place, part)  # which may be others than when it was compiled
         program.ask(task)
         program.chain.unit = unit
