@@ -209,8 +209,8 @@ class Proven(Answered, Explained):
         """Multipliers of the rows of `problem`, in its units: columns row (its label), corner, node, component, multiplier.
 
         Of rows `q[k] == ...` and `p[k] == ...` they are the slips and lifts of the mechanism, over force for a load factor; of `stuck[k]` the
-        sizes of these slips. Rows without a label are named by their left side, or by their right one where that is a constant. Of your own rows, node is the first
-        index of an entry, and component the others. Empty without a program.
+        sizes of these slips. Rows without a label are named by their left side, or by their right one where that is a constant. Of your own rows,
+        node is the first index of an entry, and component the others. Empty without a program.
         """
         return multiplier_table(self._duals)
 

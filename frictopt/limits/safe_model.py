@@ -69,6 +69,7 @@ class SafeModel:
         return f"{type(self).__name__}({', '.join(map(repr, self._posed.args))})"
 
     def __new__(cls, *args: Any, **options: Any) -> Self:
+        """Keep what it is made of, for its copies."""
         self = super().__new__(cls)
         self._made = partial(cls, *args, **options)
         return self

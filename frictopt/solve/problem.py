@@ -11,8 +11,8 @@ from cvxpy.reductions.solution import Solution
 class Problem(cp.Problem):  # type: ignore[misc]  # cvxpy does not say its type
     """A problem whose deep copies and pickles have its values, and unknowns and parameters of their own.
 
-    cvxpy numbers the unknowns, and keeps parts that it has compiled by these numbers. In a plain copy they are others, which ends Python. Nor can what
-    solvers leave in a problem be pickled. So both stay behind.
+    cvxpy numbers the unknowns, and keeps parts that it has compiled by these numbers. In a plain copy the numbers are others, which ends Python. Nor
+    can what solvers leave in a problem be pickled. So both stay behind.
     """
 
     def __str__(self) -> str:
