@@ -18,7 +18,7 @@ from ..solve.explain import Explained, called
 from .question import Question
 
 _BARE = 10 * RESIDUAL  # share of the mean friction bound below which a node carries nothing, and its traction ratio is rounding
-_OF_CORNER = re.compile(r"(?:q|p|gap|stuck|pressed|apart)\[(\d+)\]")  # how rows of a corner are called
+_OF_CORNER = re.compile(r"(?:q|p|gap|stuck|pressed|apart)(?:_\d+)?\[(\d+)\]")  # how rows of a corner are called
 _SHARE = RESIDUAL  # parts of a mechanism below this share of it are left out of its table: they have the error of the answer
 
 

@@ -32,6 +32,7 @@ from ..solve.problem import Problem
 from ..solve.solvers import BoundStatus, bounds
 from ..transients.mean_load import unscaled_diagnosis
 from .answered import Answered
+from .models import called, named
 from .open_nodes import border
 from .question import Question, pose
 from .separated_sets import best_open_set, open_set_limit
@@ -195,20 +196,22 @@ def corner_program(task: Question, least: float, most: float, *, open_stay: bool
 
     lam, v, w = cp.Variable(name="load_factor"), cp.Variable((corners, n), name="slip"), cp.Variable((corners, n), name="gap")
     opened = cp.Variable((corners, n), boolean=True, name="opened")
-    r = each * at_zero / force + lam * (cyclic / force) + cp.hstack([v, w]) @ cp.Constant(S, name="S")
-    q, p = cp.multiply(1 / unit, r[:, :n]), cp.multiply(1 / unit, r[:, n:])
-    before = np.roll(np.eye(corners), -1, axis=0).T  # row k takes corner k - 1
+    r0, r1 = named(each * at_zero / force, "r0"), named(cyclic / force, "r1")
+    r = called(r0 + cp.multiply(lam, r1) + cp.hstack([v, w]) @ named(S, "S"), "(r0 + load_factor * r1 + [slip, gap] @ S)")
+    scale, friction = named(1 / unit, "scale"), named(each * f, "f")
+    q, p = cp.multiply(scale, r[:, :n]), cp.multiply(scale, r[:, n:])
+    before = named(np.roll(np.eye(corners), -1, axis=0).T, "before")  # row k takes corner k - 1
     either, moved = opened + before @ opened, v - before @ v
     rows = {
-        "forward_bound": cp.multiply(each * f, p) + q >= 0,
-        "backward_bound": cp.multiply(each * f, p) - q >= 0,
+        "forward_bound": cp.multiply(friction, p) + q >= 0,
+        "backward_bound": cp.multiply(friction, p) - q >= 0,
         "no_tension": p >= 0,
-        "no_force_across_a_gap": p <= cp.multiply(most_pressure, 1 - opened),
+        "no_force_across_a_gap": p <= cp.multiply(named(most_pressure, "most_pressure"), 1 - opened),
         "no_overlap": w >= 0,
-        "opens": w <= cp.multiply(most_gap, opened),
-        "closed_sticks_forward": moved <= cp.multiply(most_slip, either),
-        "closed_sticks_backward": -moved <= cp.multiply(most_slip, either),
-        "least": lam >= least / most,
+        "opens": w <= cp.multiply(named(most_gap, "most_gap"), opened),
+        "closed_sticks_forward": moved <= cp.multiply(named(most_slip, "most_slip"), either),
+        "closed_sticks_backward": -moved <= cp.multiply(named(most_slip, "most_slip"), either),
+        "least": lam >= named(least / most, "least"),
         "most": lam <= 1,
     } | ({"open_stay": opened == before @ opened} if open_stay else {})
     problem = Problem(cp.Maximize(lam), [row.set_label(name) for name, row in rows.items()])
