@@ -4,10 +4,13 @@ import inspect
 import re
 import runpy
 from importlib import import_module
+from itertools import combinations
 from operator import attrgetter
 from pathlib import Path
+from typing import Any
 
 import matplotlib.pyplot as plt
+import numpy as np
 import pytest
 import pyvista
 
@@ -80,6 +83,21 @@ def test_the_site_runs_the_code_of_a_tutorial_page_and_shows_its_pictures(page):
         compile(cell, str(page), "exec")
     assert any(re.search(r"\bplot\w*\(", cell) for cell in cells)
     assert body.splitlines()[-1].startswith(f"{{nb-download}}`This page as a notebook <{page.stem}.ipynb>`")
+
+
+@pytest.mark.filterwarnings("ignore:Solution may be inaccurate")  # of OSQP, as the page says
+def test_the_page_that_opens_the_model_runs_as_typed_and_its_numbers_agree(quiet):
+    page = dict[str, Any]()
+    for cell in re.findall(r"```\{code-cell\} python\n(.*?)```", text(DOCS / "tutorial" / "models.md"), re.DOTALL):
+        exec(cell, page)
+    again = fo.shakedown_limit(page["system"], page["both"], 0.7)
+    assert page["model"].solve(0.7, page["shared"]).load_factor == pytest.approx(again.load_factor, rel=1e-9)
+    assert page["half"].value == pytest.approx(fo.shakedown_limit(page["system"], page["cycle"], 0.35).load_factor, rel=1e-9)
+    assert page["kept"].problem.value == pytest.approx(page["limit"].load_factor, rel=1e-9)
+    assert page["worst"].load_factor <= min(page["drawn"])
+    pairs = [dict(zip(page["bolts"], np.add(1.0, 2.0 * np.isin(range(5), pair)), strict=True)) for pair in combinations(range(5), 2)]
+    limits = [fo.shakedown_limit(page["lap"], fo.LoadCycle(pair, page["swing"]), 0.4).load_factor for pair in pairs]
+    assert page["which"].value == pytest.approx(max(limits), rel=1e-7) and page["chosen"] == pairs[int(np.argmax(limits))]
 
 
 @pytest.mark.parametrize("page", sorted({*(DOCS / "api").glob("*.md")} - {DOCS / "api" / "index.md"}), ids=lambda page: page.stem)

@@ -1,12 +1,16 @@
 """Constraints and objectives of the user's own, in the plane and in space, against programs over raw slips with every row of every corner."""
 
+from itertools import permutations
+
 import cvxpy as cp
 import numpy as np
 import pytest
+import scipy.sparse as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from liars import misread
 from oracle import Oracle
 from spatial import cycle as spatial_cycle
 from spatial import random_contact
@@ -158,11 +162,24 @@ def test_a_sweep_under_constraints_is_one_compiled_problem_and_rates_are_slopes(
         (lambda model: cp.exp(model.load_factor) <= 2, r"constraints\[0\].*ExpCone cone"),
         (lambda model: model.slip <= cp.Variable(3, boolean=True, name="own"), r"constraints\[0\]: variable own is an integer"),
         (lambda model: model.slip <= cp.Variable(3, integer=True, name="own"), r"constraints\[0\]: variable own is an integer"),
-        (lambda model: model.slip <= cp.Parameter(name="most"), r"constraints\[0\]: parameter most"),
+        (lambda model: model.slip <= cp.Variable((3, 3), PSD=True, name="own")[0], r"constraints\[0\]: variable own is PSD; give"),
+        (lambda model: model.slip <= cp.diag(cp.Variable((3, 3), diag=True, name="own")), r"constraints\[0\]: variable own is diag; give"),
+        (lambda model: model.slip <= cp.Variable(3, sparsity=[(0, 1)], name="own"), r"constraints\[0\]: variable own is sparsity; give"),
+        (lambda model: cp.abs(cp.Variable(3, complex=True, name="own")) <= 1, r"constraints\[0\]: variable own is complex; give"),
+        (lambda model: cp.abs(cp.Variable(3, imag=True, name="own")) <= 1, r"constraints\[0\]: variable own is imag; give"),
+        (lambda model: model.slip <= cp.Parameter(name="most"), r"constraints\[0\]: parameter most has no value"),
+        (
+            lambda model: cp.abs(model.slip + cp.Parameter(complex=True, value=1j, name="most")) <= 1,
+            r"constraints\[0\]: parameter most is not finite or",
+        ),
+        (lambda model: model.slip <= np.nan, r"constraints\[0\]: a constant is not finite"),
+        (lambda model: model.slip <= np.array([0.1, np.inf, 0.1]), r"constraints\[0\]: a constant is not finite"),
+        (lambda model: model.slip <= sp.csr_array([[np.inf, 0.0, 1.0]]) @ model.slip, r"constraints\[0\]: a constant is not finite"),
         (lambda model: fo.ShakedownModel(*TWO).slip <= 1, r"constraints\[0\].*another model"),
         (lambda model: 3.0, "objective: 3.0"),
         (lambda model: model.slip, "objective: .*scalar"),
         (lambda model: cp.norm1(model.slip), "objective: not convex"),
+        (lambda model: model.load_factor - np.inf * cp.norm1(model.slip), "objective: a constant is not finite"),
         (lambda model: cp.sum(cp.Variable(2)), "objective: it grows without end"),
     ],
 )
@@ -171,6 +188,87 @@ def test_bad_constraints_and_objectives_are_refused(part, message):
     asked = {"objective": part(model)} if message.startswith("objective") else {"constraints": [part(model)]}
     with pytest.raises(fo.ModelError, match=message):
         model.solve(0.4, **asked)
+
+
+@pytest.mark.parametrize(
+    ("own", "rest"),
+    [
+        (lambda v: 0.02 - v, {"nonneg": True}),
+        (lambda v: 0.02 - v, {"pos": True}),
+        (lambda v: 0.02 + v, {"nonpos": True}),
+        (lambda v: 0.02 + v, {"neg": True}),
+        (lambda v: v, {"bounds": [0.01, 0.02]}),
+        (lambda v: v, {"bounds": [-np.inf, np.full(3, 0.02)]}),
+        (lambda v: cp.minimum(v @ np.eye(3)[0], 0.02 + v[:, 1] - v[1]), {"symmetric": True, "shape": (3, 3), "name": "square"}),
+    ],
+)
+@BOTH
+def test_variables_with_a_sign_bounds_or_symmetry_bound_the_slip_as_their_rows_do(tangents, own, rest):
+    contact = contact_of(np.random.default_rng(0), 3, tangents)
+    model, variable = fo.ShakedownModel(contact, TURNS), cp.Variable(**{"shape": 3, "name": "own", **rest})
+    size = cp.abs(model.slip) if tangents == 1 else cp.norm(model.slip, axis=1)
+    rows = [size <= own(variable)] + ([] if "symmetric" not in rest else [cp.diag(variable) <= 0.02, variable <= 0.02])
+    limit, plain = model.solve(0.4, rows), fo.shakedown_limit(contact, TURNS, 0.4, slip_bound=0.02)
+    assert limit.load_factor == pytest.approx(plain.load_factor, rel=1e-7) and limit.bound == pytest.approx(plain.load_factor, rel=1e-7)
+    assert (size.value <= own(variable).value + 1e-9).all()
+    if "symmetric" in rest:
+        assert np.array_equal(variable.value, variable.value.T)
+
+
+def test_a_parameter_that_loses_its_value_is_named():
+    model, most = fo.ShakedownModel(*TWO), cp.Parameter(name="most", value=0.1)
+    rows, goal = [model.slip <= most], most * model.load_factor
+    model.solve(0.4, rows), model.solve(0.4, objective=goal)
+    most.value = None
+    for asked, place in (({"constraints": rows}, "constraints.0."), ({"objective": goal}, "objective")):
+        with pytest.raises(fo.ModelError, match=f"{place}: parameter most has no value"):
+            model.solve(0.4, **asked)
+
+
+@BOTH
+@pytest.mark.parametrize("cycle", [TURNS, fo.LoadCycle({"mean": -1.0}, [{"mean": 0.0}, {"mean": -0.1}])], ids=["pressed", "pulled"])
+@pytest.mark.parametrize("kind", [fo.ShakedownModel, fo.GuaranteedModel])
+def test_one_model_answers_questions_in_every_order(tangents, cycle, kind):
+    """Also after an answer without a slip."""
+    contact = contact_of(np.random.default_rng(0), 2, tangents)
+
+    def asked(model, own, name):
+        size = cp.norm(model.slip, axis=1) if tangents == 2 else cp.abs(model.slip)
+        rows = {"plain": [], "own": [size <= own, own <= 0.05], "none": [model.slip == 1.0, model.slip == 0.0]}
+        limit = model.solve(0.4, rows[name])
+        assert (model.slip.value is None) == bool(np.isnan(limit.slip).any())
+        return limit.kind, limit.load_factor
+
+    def alone(name):
+        return asked(kind(contact, cycle), cp.Variable(2), name)
+
+    right = {name: alone(name) for name in ("plain", "own", "none")}
+    for order in permutations(right):
+        model, own = kind(contact, cycle), cp.Variable(2)
+        for name in (*order, order[0]):
+            found, factor = asked(model, own, name)
+            assert found is right[name][0] and factor == pytest.approx(right[name][1], rel=1e-7, abs=1e-9, nan_ok=True), (order, name)
+
+
+@pytest.mark.parametrize("ask", [lambda: fo.shakedown_limit(*TWO, 0.4), lambda: fo.safe_slip(*TWO, 0.4, 0.1)], ids=["limit", "margin"])
+@pytest.mark.parametrize("which", ["values", "multipliers"])
+def test_what_is_no_number_proves_nothing(ask, which, monkeypatch):
+    def lie(compiled, z, multipliers):
+        (z if which == "values" else multipliers)[:] = np.nan
+
+    misread(monkeypatch, lie)
+    with pytest.raises(fo.SolverError):
+        ask()
+
+
+def test_rows_of_your_own_are_printed_by_the_names_of_the_model_and_have_multipliers():
+    model = fo.ShakedownModel(*TWO)
+    kept = cp.constraints.Zero(model.slip[0])
+    rows = [model.q[0] <= 10.0, model.p >= 0.01, model.slip[:0] <= 1.0, kept, (model.p[1] >= 0.0).set_label("q[all]")]
+    limit = model.solve(0.4, rows)
+    assert [str(model.q), str(model.p), str(model.p[1, 2])] == ["q", "p", "p[1, 2]"] and "Concatenate" not in limit.explain()
+    assert {"q[0, 0:3]", "p", "slip[0]", "q[all]"} <= set(limit.multipliers.row) and "           0.01 <= p\n" in str(limit.problem)
+    assert (limit.multipliers[limit.multipliers.row == "p"].corner == -1).all()
 
 
 TWO = random_system(np.random.default_rng(0), 3), CYCLE

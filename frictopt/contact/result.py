@@ -26,34 +26,11 @@ class Portable:
 
     def __getstate__(self) -> dict[str, object]:
         state = {one.name: getattr(self, one.name) for one in fields(self)}  # type: ignore[arg-type]
-        return state | ({"problem": _without_solver(state["problem"])} if state.get("problem") is not None else {})
+        return state | ({"problem": copy.deepcopy(state["problem"])} if "problem" in state else {})
 
     def __setstate__(self, state: dict[str, object]) -> None:
-        self.__dict__.update(state | ({"problem": _renumbered(state["problem"])} if state.get("problem") is not None else {}))
+        self.__dict__.update(state)
         _seal(list(state.values()))
-
-
-def _without_solver(problem: Any) -> Any:
-    """A cvxpy problem without what solvers leave in it, which cannot be pickled."""
-    bare = type(problem)(problem.objective, problem.constraints)
-    if problem.status in ("optimal", "optimal_inaccurate"):
-        told = import_module("cvxpy.reductions.solution").Solution
-        bare.unpack(told(problem.status, problem.value, {part.id: part.value for part in bare.variables()}, {}, {}))
-    return bare
-
-
-def _renumbered(problem: Any) -> Any:
-    """A cvxpy problem with numbers of its own for its unknowns: those of another process may stand for others here.
-
-    What cvxpy has compiled of its rows has the old numbers, and is left out.
-    """
-    parts = [problem.objective, *problem.constraints]
-    while parts:
-        part = parts.pop()
-        for name in [name for name in vars(part) if name.startswith("_lazy")]:
-            delattr(part, name)
-        parts += part.args
-    return copy.deepcopy(problem)
 
 
 def _seal(value: object) -> None:
@@ -161,7 +138,7 @@ class SolveRecord:
     Attributes
     ----------
     solver
-        Name of the solver or method whose answer this is; "closed form" where no program was solved.
+        Name of the solver or method whose answer this is.
     attempts
         All solver runs, in order.
     residual
@@ -178,7 +155,7 @@ class SolveRecord:
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
     >>> record = fo.shakedown_limit(rod, cycle, friction=0.5).record
     >>> record.solver, record.left_out, record.residual < 1e-9
-    ('closed form', ('linear program: the contact is uncoupled (B = 0), the limit has a closed form',), True)
+    ('HIGHS', ('rows: 8 that others stand for',), True)
     """
 
     solver: str = ""

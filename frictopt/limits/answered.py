@@ -1,5 +1,6 @@
 """What the answers of limit questions have in common: the state under a residual slip at a load factor, and the mechanism that proves them."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -13,11 +14,11 @@ import pandas as pd
 from ..contact import ContactState, ContactSystem, LoadCycle, Plotted, Recorded, SolveRecord, components, frame, joined, lengths, parted, places
 from ..contact.checks import Array, Booleans, frozen
 from ..contact.tolerances import RESIDUAL
-from ..solve.explain import Explained
+from ..solve.explain import Explained, called
 from .question import Question
 
 _BARE = 10 * RESIDUAL  # share of the mean friction bound below which a node carries nothing, and its traction ratio is rounding
-_OF_CORNERS = ("q", "p", "gap", "stuck", "pressed", "apart")  # how rows of a corner are called
+_OF_CORNER = re.compile(r"(?:q|p|gap|stuck|pressed|apart)(?:_\d+)?\[(\d+)\]")  # how rows of a corner are called
 _SHARE = RESIDUAL  # parts of a mechanism below this share of it are left out of its table: they have the error of the answer
 
 
@@ -205,27 +206,27 @@ class Proven(Answered, Explained):
 
     @property
     def multipliers(self) -> pd.DataFrame:
-        """Multipliers of the rows of `problem`, in its units: columns row (its label), corner, node, multiplier; those of vectors by component.
+        """Multipliers of the rows of `problem`, in its units: columns row (its label), corner, node, component, multiplier.
 
         Of rows `q[k] == ...` and `p[k] == ...` they are the slips and lifts of the mechanism, over force for a load factor; of `stuck[k]` the
-        sizes of these slips. Rows without a label are named by their left side. Empty without a program.
+        sizes of these slips. Rows without a label are named by their left side, or by their right one where that is a constant. Of your own rows,
+        node is the first index of an entry, and component the others. Empty without a program.
         """
         return multiplier_table(self._duals)
 
 
 def duals(problem: cp.Problem) -> Duals:
-    """The multipliers that stand in the rows of a problem, by the labels of the rows or their left sides."""
+    """The multipliers that stand in the rows of a problem, by the names of the rows."""
     rows = [(row, row.dual_value[0] if isinstance(row, cp.SOC) else row.dual_value) for row in problem.constraints]
-    return tuple((row.label or str(row.args[0]), np.atleast_1d(np.array(dual, dtype=float))) for row, dual in rows if dual is not None)
+    return tuple((called(row), np.atleast_1d(np.array(dual, dtype=float))) for row, dual in rows if dual is not None)
 
 
-def multiplier_table(found: Duals) -> pd.DataFrame:
+def multiplier_table(rows: Duals) -> pd.DataFrame:
     """See `Proven.multipliers`."""
-    tables = [pd.DataFrame(columns=["row", "corner", "node", "component", "multiplier"])] * (not found)
-    for name, dual in found:
-        kind, _, rest = name.partition("[")
-        corner = int(rest.split("]")[0]) if kind in _OF_CORNERS and rest else -1
-        values = dual.reshape(len(dual), -1)
+    tables = [pd.DataFrame(columns=["row", "corner", "node", "component", "multiplier"])] * (not rows)
+    for name, dual in rows:
+        corner = int(found.group(1)) if (found := _OF_CORNER.fullmatch(name)) else -1
+        values = dual.reshape(len(dual), int(np.prod(dual.shape[1:])))
         node, component = (part.ravel() for part in np.indices(values.shape))
         tables.append(pd.DataFrame({"row": name, "corner": corner, "node": node, "component": component, "multiplier": values.ravel()}))
     return pd.concat(tables, ignore_index=True)

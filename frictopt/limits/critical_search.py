@@ -153,7 +153,7 @@ def _claimed(program: Program, state: CriticalState, found: float) -> NodeClaim:
     task, slip, load_factor, proof = program.task, program.slip, program.load_factor, program.chain.proof
     (q, p), node = task.change(slip), state.node
     off = float(np.abs(np.r_[q[node], p[node]] - state.at_zero - load_factor * state.rate).max()) / task.force
-    residual, least = max(task.violation(load_factor, slip), off, proof.gap, program.own_violation), proof.bound - proof.defect
+    residual, least = np.max([task.violation(load_factor, slip), off, proof.gap, program.own_violation]), proof.bound - proof.defect
     if not residual <= RESIDUAL and found < least < np.inf:
         return NodeClaim(state, least, np.full_like(slip, np.nan), 0.0, how=LEFT_OUT)
     parts = [*program.problem.variables(), *(dual for row in program.problem.constraints for dual in row.dual_variables)]

@@ -148,9 +148,9 @@ class DesignModel(SafeModel):
         """The rows of the first scenario, and of all others."""
         listed_all = list[Program]()
         for asked, shares in ((task, {}), *self._others):
-            first = not listed_all
-            x = self._x if first else unknowns(asked.slip_shape, range(len(asked.r1)), self._x.load_factor)
-            f = self._f if first else cp.Parameter(asked.system.nodes, nonneg=True, name=f"f, scenario {len(listed_all)}")
+            first, of = not listed_all, f"_{len(listed_all)}"
+            x = self._x if first else unknowns(asked.slip_shape, range(len(asked.r1)), self._x.load_factor, of)
+            f = self._f if first else cp.Parameter(asked.system.nodes, nonneg=True, name=f"f{of}")
             more, rows = self._more(shares)
             program = listed_rows(asked, x, f, every=True, more=more)
             program.rows += rows
@@ -233,7 +233,7 @@ class DesignModel(SafeModel):
         tasks = tuple(pose(system, cycle, one.task.friction, slip_bound=self._asked.most) for cycle, one in zip(cycles, every, strict=True))
         load_factor, proof = program.load_factor, program.chain.proof
         unsafe = max(task.violation(load_factor, slip) for task, slip in zip(tasks, slips, strict=True))
-        residual = float(np.nan_to_num(max(unsafe, proof.gap, program.own_violation), nan=np.inf))
+        residual = float(np.nan_to_num(np.max([unsafe, proof.gap, program.own_violation]), nan=np.inf))
         return Design(
             load_factor=load_factor,
             objective=proof.value if chosen else None,

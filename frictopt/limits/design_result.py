@@ -83,7 +83,7 @@ class Design(Answered, Explained):
         How it was found. Its `residual` is the largest of: the violations of the contact law by the slips at all corners with the design built in,
         the excess over your constraints, dimensionless, and the relative distance of `bound`. At most 1e-9.
     problem
-        The solved cvxpy problem; None in a copy. A later solve of the same `DesignModel` overwrites its values.
+        The solved cvxpy problem. A later solve of the same `DesignModel` overwrites its values.
 
     Examples
     --------

@@ -59,7 +59,7 @@ class GuaranteedLimit(Rated):
     shakedown
         The shakedown limit lambda_2, under the same slip bound and constraints.
     problem
-        The solved cvxpy problem of `node`, that of lambda_2 where lambda_2 rules; None for a closed form, or in a copy.
+        The solved cvxpy problem of `node`, that of lambda_2 where lambda_2 rules.
 
     Examples
     --------

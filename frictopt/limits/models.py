@@ -35,11 +35,11 @@ class Unknowns:
     gap: dict[int, cp.Variable] = field(default_factory=dict)
 
 
-def unknowns(shape: tuple[int, ...], corners: Iterable[int], load_factor: Any = None) -> Unknowns:
-    """Unknowns for slips of a shape, (N,) or (N, 2), at the corners of a load cycle; `load_factor` is a parameter where it is given."""
-    slip, q_r, p_r = cp.Variable(shape, name="slip"), cp.Variable(shape, name="q_r"), cp.Variable(shape[0], name="p_r")
-    q = {k: cp.Variable(shape, name=f"q[{k}]") for k in corners}
-    p = {k: cp.Variable(shape[0], name=f"p[{k}]") for k in q}
+def unknowns(shape: tuple[int, ...], corners: Iterable[int], load_factor: Any = None, of: str = "") -> Unknowns:
+    """Unknowns for slips of a shape, (N,) or (N, 2), at the corners of a load cycle; `load_factor`: a parameter in its place; `of` ends names."""
+    slip, q_r, p_r = cp.Variable(shape, name=f"slip{of}"), cp.Variable(shape, name=f"q_r{of}"), cp.Variable(shape[0], name=f"p_r{of}")
+    q = {k: cp.Variable(shape, name=f"q{of}[{k}]") for k in corners}
+    p = {k: cp.Variable(shape[0], name=f"p{of}[{k}]") for k in q}
     return Unknowns(cp.Variable(name="load_factor") if load_factor is None else load_factor, slip, q_r, p_r, q, p)
 
 

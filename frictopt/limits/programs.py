@@ -9,12 +9,14 @@ import cvxpy as cp
 import numpy as np
 from cvxpy.reductions.dcp2cone.dcp2cone import Dcp2Cone
 from scipy.optimize import nnls
+from scipy.sparse import issparse
 from scipy.spatial import ConvexHull
 
 from ..contact import CONDENSATION, RESIDUAL, ROUNDING, ZERO_LOAD_FACTOR, Array, ContactSystem, LoadCycle, lengths, shown
 from ..errors import ModelError
 from ..solve.chain import Chain
 from ..solve.inverse import by_inverse, unresisted
+from ..solve.problem import Problem
 from ..solve.reduced import Change
 from .answered import Mechanism
 from .models import Row, Unknowns, named, rest, stuck, unknowns, within
@@ -22,6 +24,7 @@ from .question import Question
 
 _INSIDE = ROUNDING  # spread of corners along an axis, over the largest, that counts as none
 _MOST_AXES = 6  # in which hulls are looked for: with more, each corner has rows
+_KINDS = {"nonneg", "nonpos", "pos", "neg", "bounds", "symmetric"}  # of variables of the user's own that cvxpy turns into linear rows
 _CONES = cp.constraints.Equality, cp.constraints.Zero, cp.constraints.Inequality, cp.constraints.NonPos, cp.constraints.NonNeg, cp.SOC
 
 _FREE: WeakKeyDictionary[ContactSystem, dict[bytes, tuple[Array, Array]]] = WeakKeyDictionary()
@@ -79,7 +82,7 @@ class Program:
     ) -> "Program":
         """With the problem of a goal over its rows and those of others, the `unit` of its objective, and `units` of variables besides its own."""
         own = [row for group in self.own.values() for row in group]
-        problem = cp.Problem(problem.objective, [*problem.constraints, *own])
+        problem = Problem(problem.objective, [*problem.constraints, *own])
         self.chain = Chain(
             problem, {**self.units, **(units or {})}, [tractions(each.task, each.rows) for each in (self, *others)], self.task.simplify, unit
         )
@@ -258,15 +261,27 @@ def check_rows(name: str, row: Row, mine: set[int]) -> None:
             raise ModelError(f"{name}: it is on the {variable.name().split('[')[0]} of another model; use those of the model that solves")
         if variable.attributes["boolean"] or variable.attributes["integer"]:
             raise ModelError(f"{name}: variable {variable.name()} is an integer; multipliers prove no such answer: solve `problem` with it by cvxpy")
-    for parameter in row.parameters():
-        if parameter.value is None:
-            raise ModelError(f"{name}: parameter {parameter.name()} has no value; give it one before solving")
+        if more := {kind for kind, on in variable.attributes.items() if on} - _KINDS:
+            raise ModelError(
+                f"{name}: variable {variable.name()} is {', '.join(sorted(more))}; give one without this attribute, and constraints in its place"
+            )
+    check_values(name, row)
     for part in Dcp2Cone(quad_obj=False).apply(cp.Problem(cp.Minimize(0), [row]))[0].constraints:
         if not isinstance(part, _CONES):
             raise ModelError(
                 f"{name}: it needs a {type(part).__name__} cone; the multipliers of linear rows and second-order cones prove the answer: "
                 "give linear constraints, or such of abs, max, min and norms of vectors, in space for each node: cp.norm(model.slip, 2, axis=1)"
             )
+
+
+def check_values(name: str, row: Row | cp.Expression) -> None:
+    """Refuse parameters without a value, and numbers that are not finite or not real."""
+    for leaf in (*row.parameters(), *row.constants()):
+        told = f"{name}: parameter {leaf.name()}" if isinstance(leaf, cp.Parameter) else f"{name}: a constant"
+        if leaf.value is None:
+            raise ModelError(f"{told} has no value; give it one before solving")
+        if leaf.is_complex() or not np.isfinite(leaf.value.data if issparse(leaf.value) else leaf.value).all():
+            raise ModelError(f"{told} is not finite or not real; give finite real numbers, and leave out rows that bound nothing")
 
 
 class _Names:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from functools import partial, wraps
 from threading import RLock
-from typing import Any, TypeVar, cast
+from typing import Any, Self, TypeVar, cast
 
 import cvxpy as cp
 import numpy as np
@@ -13,22 +13,12 @@ from ..contact import Array, ContactSystem, LoadCycle, shown
 from ..errors import ModelError
 from ..solve.solvers import LP, SOCP, solver_order
 from .answered import Answered
-from .models import Row, named, unknowns, vec
-from .programs import Program, check_rows, listed_rows, own_rows
+from .models import Row, called, named, unknowns, vec
+from .programs import Program, check_rows, check_values, listed_rows, own_rows
 from .question import Question, pose
 
 A = TypeVar("A", bound=Answered)
 F = TypeVar("F", bound=Callable[..., Any])
-
-
-class Turn:
-    """A lock of all threads that ask a model; a copy with programs of its own has a lock of its own."""
-
-    def __init__(self) -> None:
-        self.lock = RLock()
-
-    def __reduce__(self) -> tuple[type["Turn"], tuple[()]]:
-        return Turn, ()
 
 
 def in_turn(question: F) -> F:
@@ -36,7 +26,7 @@ def in_turn(question: F) -> F:
 
     @wraps(question)
     def asked(self: "SafeModel", *args: Any, **kwargs: Any) -> Any:
-        with self._turn.lock:
+        with self._turn:
             return question(self, *args, **kwargs)
 
     return cast(F, asked)
@@ -45,10 +35,12 @@ def in_turn(question: F) -> F:
 class SafeModel:
     """Base of models that take constraints of the user's own: what they decide on, in the user's units.
 
-    A model may be asked from several threads: one waits for the other. What stands in its unknowns is the last answer.
+    A model may be asked from several threads: one waits for the other. What stands in its unknowns is the last answer, None where that has no slip.
+    A copy is a new model, with unknowns of its own.
     """
 
     _given = False  # whether the load factor is
+    _made: Any
     load_factor: Any
     """The load factor, a cvxpy variable for constraints of your own."""
     slip: cp.Variable
@@ -63,20 +55,27 @@ class SafeModel:
     ) -> None:
         self._asked, self._solver = pose(system, cycle, 1.0, simplify=simplify, slip_bound=slip_bound), solver
         self._posed = partial(pose, system, cycle, simplify=simplify, slip_bound=self._asked.most)  # by its friction
-        self._turn = Turn()
+        self._turn = RLock()
         solver_order(solver, LP if system.tangents == 1 else SOCP)
         given = cp.Parameter(nonneg=True, name="load_factor") if self._given else None
         self._x = unknowns(system.slip_shape, range(len(cycle.corners)), given)
         self._f = cp.Parameter(system.nodes, nonneg=True, name="f")
         self.load_factor, self.slip = self._x.load_factor, self._x.slip
-        self.q, self.p = (cp.stack([part[k] for k in part], axis=0) for part in (self._x.q, self._x.p))
+        q, p = list(self._x.q.values()), list(self._x.p.values())
+        self.q, self.p = called(cp.vstack(q) if system.tangents == 1 else cp.stack(q, axis=0), "q"), called(cp.vstack(p), "p")
         self._programs: dict[object, Program] = {}
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(map(repr, self._posed.args))})"
 
-    def __getstate__(self) -> dict[str, Any]:
-        return {**vars(self), "_programs": {}}
+    def __new__(cls, *args: Any, **options: Any) -> Self:
+        """Keep what it is made of, for its copies."""
+        self = super().__new__(cls)
+        self._made = partial(cls, *args, **options)
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return self._made, ()  # a copy has unknowns of its own
 
     @property
     def _unknowns(self) -> list[cp.Variable]:
@@ -106,6 +105,10 @@ class SafeModel:
             self._programs.clear()  # one at a time: each has dense matrices
             self._programs[key] = program.compiled(problem, unit)
         program = self._programs[key]
+        for place, part in [(place, row) for place, group in program.own.items() for row in group] + [("objective", objective)] * (
+            objective is not None
+        ):
+            check_values(place, part)  # which may be others than when it was compiled
         program.ask(task)
         program.chain.unit = unit
         return program
@@ -123,7 +126,7 @@ class SafeModel:
         q, p = answer.reactions
         values = {self.slip: answer.slip, **{self._x.q[k]: q[k] for k in self._x.q}, **{self._x.p[k]: p[k] for k in self._x.p}}
         for variable, value in {**values, self.load_factor: answer.load_factor}.items():
-            variable.save_value(np.asarray(value))
+            variable.save_value(np.asarray(value) if np.isfinite(value).all() else None)  # cvxpy refuses nan
         return answer
 
 

@@ -201,7 +201,7 @@ def judged(program: Program, margin: cp.Variable, load_factor: float) -> SafeSli
     bounds, p = program.bounds(), task.states(load_factor, slip)[1][:, -1]
     pull = float(-p.min() / task.force) if value >= 0 else 0.0
     gap = (abs(proof.bound - value) + proof.defect) / max(1.0, abs(value))
-    residual = max(gap, value - task.reserve(load_factor, slip), pull, task.beyond(slip), program.own_violation)
+    residual = np.max([gap, value - task.reserve(load_factor, slip), pull, task.beyond(slip), program.own_violation])
     record = SolveRecord(residual=float(np.nan_to_num(residual, nan=np.inf)))
     bound, rate = proof.bound + proof.defect, float(np.sum(bounds * p))
     return SafeSlip(load_factor, slip, record, task, program.motion, value, bound, rate, constraints=tuple(program.own))

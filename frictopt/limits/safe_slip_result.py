@@ -37,7 +37,7 @@ class SafeSlip(Proven):
     constraints
         Names of the constraints of your own: slip, margin and margin bound are those of the program with them.
     problem
-        The solved cvxpy problem; None in a copy. A later solve of the same `SafeSlipModel` overwrites its values.
+        The solved cvxpy problem. A later solve of the same `SafeSlipModel` overwrites its values.
 
     Examples
     --------

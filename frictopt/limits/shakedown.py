@@ -240,7 +240,7 @@ def judged(program: Program, chosen: bool = False, above: float = -np.inf) -> Sh
     bound = proof.bound + proof.defect if upward else proof.bound - proof.defect
     if bound <= above:
         raise SolverError(f"the limit is at most {bound:g}, so not above {above:g}")
-    residual = float(np.nan_to_num(max(task.violation(load_factor, slip), proof.gap, program.own_violation), nan=np.inf))
+    residual = float(np.nan_to_num(np.max([task.violation(load_factor, slip), proof.gap, program.own_violation]), nan=np.inf))
     names = (*program.own, "objective") if chosen else tuple(program.own)
     limit = ShakedownLimit(load_factor, slip, SolveRecord(residual=residual), task, program.motion, LimitKind.FINITE, bound, constraints=names)
     if not chosen:

@@ -168,8 +168,7 @@ class ShakedownLimit(Rated):
         Largest value of an objective of your own; None without. Then `load_factor` is the one that it chooses, `bound` is an upper bound of the
         objective, and `friction_rate` is its rate.
     problem
-        The solved cvxpy problem; None for a closed form. Its objective is `load_factor` over the unit that `explain()` prints.
-        A later solve of the same `ShakedownModel` overwrites its values.
+        The solved cvxpy problem, in your units. A later solve of the same `ShakedownModel` overwrites its values.
 
     Examples
     --------

@@ -35,6 +35,11 @@ class Explained(Recorded):
         return "\n".join(lines)
 
 
+def called(row: cp.Constraint) -> str:
+    """The label of a row, or the side of it that is no constant."""
+    return str(row.label or next((side for side in row.args if not side.is_constant()), row.args[0]))
+
+
 def _problem_lines(problem: cp.Problem, value: float | None) -> list[str]:
     objective = problem.objective.expr
     solved = objective.value is not None and (value is None or bool(np.isclose(objective.value, value, rtol=1e-9, atol=1e-12)))
@@ -53,7 +58,7 @@ def _problem_lines(problem: cp.Problem, value: float | None) -> list[str]:
         cone = isinstance(row, cp.SOC)
         curvature = "second-order cone" if cone else row.expr.curvature.lower()
         size = _size(row.args[0].shape if cone else row.shape)
-        lines.append(f"    {row.label or str(row.args[0]):<24} {size}, {curvature}{_binding(row) if solved else ''}")
+        lines.append(f"    {called(row):<24} {size}, {curvature}{_binding(row) if solved else ''}")
     return lines
 
 
@@ -62,8 +67,10 @@ def _domain(variable: cp.Variable) -> str:
 
 
 def _binding(row: cp.Constraint) -> str:
+    if len(row.args) < 2 or isinstance(row, cp.constraints.Equality):
+        return ""
     low, high = (side.value for side in row.args)
-    if low is None or high is None or isinstance(row, cp.constraints.Equality):
+    if low is None or high is None:
         return ""
     if isinstance(row, cp.SOC):  # its arguments are the bounds and the vectors
         low, high = np.linalg.norm(high, axis=row.axis), low

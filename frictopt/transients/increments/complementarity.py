@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...contact import Array, ContactSystem, checked_plane, parted
+from ...solve.problem import Problem
 from .by_newton import NewtonIncrement
 from .increment import Posed
 from .listings import complementarity
@@ -75,7 +76,8 @@ def complementarity_problem(system: ContactSystem, friction: ArrayLike, slip: Ar
     """
     owner = NewtonIncrement(checked_plane(system, "choose NewtonIncrement or FrozenBoundIncrement"), friction)
     trial, f = Posed(owner, slip, bonded).reactions, owner.friction
-    problem, (q, p) = complementarity(system, f), parted(trial, 2)
+    listed, (q, p) = complementarity(system, f), parted(trial, 2)
+    problem = Problem(listed.objective, listed.constraints)
     problem.param_dict["trial"].value = trial
     M = next(constant.value for constant in problem.constants() if constant.name() == "M")
     return ComplementarityProblem(M, np.concatenate([f * p + q, f * p - q, p]), problem)

@@ -43,8 +43,8 @@ class Increment(Explained):
     record
         How it was found. Its `residual` is the referee's, with the slip before the increment as the previous one. At most 1e-9.
     problem
-        The cvxpy problem, in the units of the contact, in which the answer stands; None for Newton's method, and in a copy. A later solve by the
-        same object overwrites its values.
+        The cvxpy problem, in the units of the contact, in which the answer stands; None for Newton's method. A later solve by the same object
+        overwrites its values.
 
     Examples
     --------

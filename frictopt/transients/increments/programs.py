@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from ...contact import RESIDUAL, Array, Attempt, ContactSystem, SolveRecord, checked_plane, finite_number, joined
 from ...errors import NoContinuation, SolverError
+from ...solve.problem import Problem
 from ...solve.solvers import MILP, QP, SOCP, NoOptimum, solve
 from ..begin import OPEN
 from .increment import FrictionIncrement, Increment, Posed
@@ -38,7 +39,8 @@ class _ByProgram(FrictionIncrement):
     @cached_property
     def problem(self) -> cp.Problem:
         """The program, in the units of the contact."""
-        return self._listing(self.system)
+        listed = self._listing(self.system)
+        return Problem(listed.objective, listed.constraints)
 
     @cached_property
     def _scaled(self) -> cp.Problem:
