@@ -5,6 +5,7 @@ from .design import DesignModel
 from .design_result import Design
 from .guaranteed import GuaranteedModel, guaranteed_limit
 from .guaranteed_result import GuaranteedLimit
+from .least_slip import LeastSlip
 from .required_friction import RequiredFriction, required_friction
 from .safe_region import safe_region
 from .safe_region_result import SafeRegion
@@ -12,4 +13,4 @@ from .safe_slip import SafeSlipModel, safe_slip
 from .safe_slip_result import SafeSlip
 from .safe_vertices import safe_vertices
 from .shakedown import ShakedownModel, shakedown_limit
-from .shakedown_result import LeastSlip, ShakedownLimit
+from .shakedown_result import ShakedownLimit

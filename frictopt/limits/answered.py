@@ -165,9 +165,13 @@ class Answered(Recorded, Plotted):
 
     @property
     def _opened(self) -> str:
-        """How many nodes are open, as the beginning of a reason."""
-        opened = int(self.open.sum())
-        return f"with {opened} of {self.system.nodes} nodes open under the mean load: " if opened else ""
+        """How many nodes are open, by contact, as the beginning of a reason."""
+        opened, names = int(self.open.sum()), self.system.contact
+        if names is None or not opened:
+            return f"with {opened} of {self.system.nodes} nodes open: " if opened else ""
+        each = [(name, np.asarray(names) == name) for name in dict.fromkeys(names)]
+        counts = [f"{name} {int(self.open[on].sum())} of {int(on.sum())}" for name, on in each if self.open[on].any()]
+        return f"with {opened} of {self.system.nodes} nodes open ({', '.join(counts)}): "
 
     @property
     def state(self) -> ContactState | None:
@@ -241,7 +245,7 @@ def answered(claim: A, record: SolveRecord, program: Any) -> A:
     idle = len(task.r1) - len(program.corners)
     left_out += [f"corners: {idle} of {len(task.r1)} are within the hull of the others"] * bool(idle)
     opened = int(task.open.sum())
-    left_out += [f"nodes: {opened} of {len(task.open)} are open under the mean load"] * bool(opened)
+    left_out += [f"nodes: {opened} of {len(task.open)} stay open"] * bool(opened)
     record = replace(record, left_out=tuple(left_out), seconds=perf_counter() - task.started)
     return replace(claim, record=record, problem=program.problem, _duals=duals(program.problem))  # type: ignore[call-arg]  # which all that are judged have
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..contact import RESIDUAL, Booleans, LimitKind, LoadCycle, SolveRecord
+from ..contact import RESIDUAL, Booleans, LimitKind, SolveRecord
 from ..errors import FrictoptError, SolverError
 from .answered import Mechanism
 from .open_nodes import open_under_mean

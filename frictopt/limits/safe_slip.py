@@ -6,7 +6,7 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import Array, Booleans, ContactSystem, LoadCycle, SolveRecord, finite_number, listed, warns_of_odd_values
+from ..contact import Booleans, ContactSystem, LoadCycle, SolveRecord, finite_number, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
 from ..solve.solvers import NoOptimum
 from . import models

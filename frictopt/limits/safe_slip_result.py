@@ -67,14 +67,14 @@ class SafeSlip(Proven):
 
     @cached_property
     def reason(self) -> str:
-        """What the slip does, or why there is none: which nodes are open under the mean load, or which way it pulls."""
+        """What the slip does, or why there is none: which nodes stay open, or which way the mean load pulls."""
         task, bound = self._task, [] if self._task.most is None else ["the slip bound"]
         within = f" within {' and '.join([*bound, *self.constraints])}" if bound or self.constraints else ""
         opened = int(self.open.sum())
         if self.exists:
-            others = f"the {self.system.nodes - opened} nodes that the mean load closes" if opened else "every node"
+            others = f"the {self.system.nodes - opened} closed nodes" if opened else "every node"
             return f"this slip{within} keeps {others} closed and stuck at every corner{', and the others open' * bool(opened)}"
-        left = f" with all nodes closed, or with the {opened} open that the mean load opens; with others open one may be" if opened else task.pattern
+        left = f" with all nodes closed, or with the {opened} open that the search finds; with others open one may be" if opened else task.pattern
         mean = unscaled_diagnosis(task.system, task.cycle, task.friction)
         return f"no residual slip{within} is safe at this load factor{left}; shakedown_limit says which have one; without residual slip {mean}"
 

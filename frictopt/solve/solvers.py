@@ -1,20 +1,12 @@
-"""The one place that runs solvers: options, order of fall-back, a record of every attempt, and what a search proves that comes to no end.
+"""The one place that runs solvers by cvxpy: options, order of fall-back, and a record of every attempt."""
 
-Why a program has no solution, or no largest one, is proven by one more program, by its multipliers.
-"""
-
-import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from enum import Enum
 from time import perf_counter
 from types import MappingProxyType
 from typing import Protocol, TypeVar
 
 import cvxpy as cp
-import numpy as np
-from highspy import Highs
 
 from ..contact import RESIDUAL, Attempt, SolveRecord, shown
 from ..errors import ModelError, SolverError
@@ -22,9 +14,6 @@ from ..errors import ModelError, SolverError
 # Of a mixed-integer program only the status is taken, so that tolerances matter little. HiGHS 1.15 calls feasible ones infeasible when they are much
 # tighter than these, and crashes on infeasible ones without presolve.
 _HIGHS_MIP = {"mip_feasibility_tolerance": 1e-8, "primal_feasibility_tolerance": 1e-8, "mip_rel_gap": 0.0, "mip_abs_gap": 0.5, "time_limit": 600.0}
-# Where the bound of a mixed-integer program counts: the gap is that up to which two numbers count as one, and heuristics only look for solutions that
-# are known already.
-_HIGHS_BOUND = {**_HIGHS_MIP, "mip_rel_gap": 1e-7, "mip_abs_gap": 0.0, "mip_heuristic_effort": 0.0, "threads": 1}
 _CLARABEL = {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10, "max_iter": 200, "max_threads": 1, "time_limit": 600.0}
 _OPTIONS: MappingProxyType[str, Mapping[str, object]] = MappingProxyType(
     {
@@ -164,44 +153,3 @@ def _run(problem: cp.Problem, name: str) -> str:
             return str(error).split("\n")[0]
     problem._solver_cache = {}  # the solver with its copies of the program, which cvxpy keeps for a warm start, takes more than all else
     return str(problem.status)
-
-
-class BoundStatus(Enum):
-    """How the search for a bound ends."""
-
-    OPTIMAL = "the program is solved"
-    INFEASIBLE = "the program has no solution"
-    FOUND = "no end, and a solution is found"
-    OPEN = "no end, and no solution is found"
-
-
-@dataclass(frozen=True)
-class Bounds:
-    """Upper bound of a largest objective (-inf where there is no solution, inf where nothing is known), how it was found, and why it is none."""
-
-    bound: float
-    status: BoundStatus
-    why: str = ""
-
-
-def bounds(problem: cp.Problem, most_nodes: int) -> Bounds:
-    """Maximise the objective of a mixed-integer program with so many nodes in its search tree, and say what is proven, also where it has no end."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # cvxpy warns of answers that are no optimum; here the status says so
-        Highs.resetGlobalScheduler(True)  # else HiGHS refuses one thread where a solution before, on more processors, has begun with several
-        try:
-            problem.solve(solver="HIGHS", warm_start=False, highs_options={**_HIGHS_BOUND, "mip_max_nodes": most_nodes})
-        except (cp.SolverError, ValueError, ArithmeticError) as error:
-            return Bounds(math.inf, BoundStatus.OPEN, f"HiGHS fails: {error}".splitlines()[0])
-        finally:
-            Highs.resetGlobalScheduler(True)  # for programs of others
-    if problem.status == cp.INFEASIBLE:
-        return Bounds(-math.inf, BoundStatus.INFEASIBLE)
-    info = problem.solver_stats.extra_stats
-    bound = -float(info.mip_dual_bound)
-    if problem.status == cp.OPTIMAL:
-        return Bounds(bound, BoundStatus.OPTIMAL)
-    found = info.primal_solution_status == 2 and all(np.isfinite(variable.value).all() for variable in problem.variables())
-    stops = f"HiGHS stops ({problem.status}), after {_HIGHS_BOUND['time_limit']:g} s at most"
-    why = "the search tree has no nodes left" if info.mip_node_count >= most_nodes else stops
-    return Bounds(bound if abs(bound) < 1e29 else math.inf, BoundStatus.FOUND if found else BoundStatus.OPEN, why)

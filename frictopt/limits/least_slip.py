@@ -1,0 +1,131 @@
+"""The least slip of a cycle above a shakedown limit.
+
+Above the limit no start avoids slip: the multipliers of the limit bound it from below (`LeastSlip`). The mechanism weights the rows
+`n_r v >= b_r + lam c_r` of the safe slips by y_r >= 0 with `sum y_r n_r = 0`, `sum y_r c_r = 1` and `sum y_r b_r = -lambda_2`. At corner k of any
+cycle the state obeys the rows of that corner, whatever it slips in between. The weighted sum of all rows is therefore
+`sum_k g_k v_k + h_k w_k >= lam - lambda_2`, with g_k and h_k the weighted sums over the rows that corner k rules. As `sum_k g_k = 0`, a cycle in
+which no node slips or opens has nothing on the left. In space the rows are tangents of the friction circles, g_k and v_k have two components, and
+slips no further than D from each other lie in a circle of radius D / sqrt(3) (Jung 1901).
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..contact import ContactSystem, LoadCycle, Plotted, Shown, components, frame, lengths, parted, places
+from ..contact.checks import Array, finite_array, frozen
+from ..contact.tolerances import RESIDUAL, ROUNDING
+from ..errors import SolverError
+from .answered import Mechanism
+from .question import Question
+
+_WEIGHT = ROUNDING  # weights of slip below this share of the stresses that they are sums of are zero
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LeastSlip(Shown, Plotted):
+    """Proven lower bound of slip and gaps in every cycle at a load factor, from every start; where nodes are open, while these carry nothing.
+
+    It says that the sum over the corners of `g @ v + h @ w` is at least `bound`. Theory, eq. (20). `v` and `w` are slips and gaps at the
+    corners of one cycle, also of one that is not yet periodic. A bound that is not positive says nothing.
+
+    Attributes
+    ----------
+    load_factor
+        The load factor.
+    bound
+        `lam - lambda_2`, with the upper bound of lambda_2 that the multipliers prove.
+    g
+        (K, N) or (K, N, 2) weights of the slip at the corners, 1 over length. Their sum over the corners is zero: only slip from corner to corner
+        counts.
+    h
+        (K, N) weights of the gap `w` at the corners, 1 over length; idle while all nodes are closed.
+    weight
+        (N,) what a node's slip between corners adds to the sum at most, per unit of slip: half the sum over the corners of `abs(g)`; in space that
+        sum over sqrt(3), where more than two corners weigh.
+    system, cycle
+        The contact and its load cycle.
+    residual
+        Largest entry of the sum of g over the corners, which is zero for exact multipliers, over the largest stress that the mechanism's motions
+        make one by one; or the residual of the limit if that is larger.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
+    >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
+    >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> least = fo.shakedown_limit(pair, cycle, friction=0.6).least_slip(1.0)
+    >>> round(least.bound, 6), round(least.total, 6)
+    (0.273943, 0.637664)
+    >>> sorted(least.to_frame()["node"])
+    [0, 1]
+    """
+
+    _said = ("load_factor", "bound", "total", "residual")
+    load_factor: float
+    bound: float
+    g: Array = field(repr=False)
+    h: Array = field(repr=False)
+    weight: Array = field(repr=False)
+    system: ContactSystem = field(repr=False)
+    cycle: LoadCycle = field(repr=False)
+    residual: float
+
+    @property
+    def total(self) -> float:
+        """Proven least sum over the nodes of the slip between corners (the largest distance of two) while all nodes are closed, length.
+
+        Inf where no slip weighs anything and the bound is above 0: no cycle keeps all nodes closed.
+        """
+        largest = float(self.weight.max())
+        if largest == 0:
+            return np.inf if self.bound > 0 else 0.0
+        return max(self.bound, 0.0) / largest
+
+    def of(self, slip: Any, gap: Any = None) -> float:
+        """The sum that the bound is about, for slips (K, N), in space (K, N, 2), and gaps (K, N) at the corners, length; None: all nodes are closed.
+
+        Raises
+        ------
+        ModelError
+            Other shapes, or numbers that are not finite.
+        """
+        slip = finite_array("slip", slip, self.g.shape)
+        opened = 0.0 if gap is None else float(np.sum(self.h * finite_array("gap", gap, self.h.shape)))
+        return float(np.sum(self.g * slip)) + opened
+
+    def to_frame(self) -> Any:
+        """The nodes that must slip: no closed cycle exists in which all of them stick. Largest weight first.
+
+        Columns: node; its place; weight; alone, the slip between corners that the node would need if no other one slipped, length; and its
+        weight `g` at each corner, by the loads of the corner, in space both components, `g1` and `g2`.
+        """
+        nodes = np.flatnonzero(self.weight)
+        nodes = nodes[np.argsort(-self.weight[nodes], kind="stable")]
+        alone = max(self.bound, 0.0) / self.weight[nodes]
+        corners = zip(self.cycle.corner_names, self.g, strict=True)
+        weights = {f"{name} at {loads}": column for loads, g in corners for name, column in components("g", g[nodes]).items()}
+        where = {name: values[nodes] for name, values in places(self.system).items()}
+        return frame({"node": nodes, **where, "weight": self.weight[nodes], "alone": alone, **weights})
+
+
+def least_slip(task: Question, motion: Mechanism, limit: float, load_factor: float, residual: float) -> LeastSlip:
+    """The bound that a mechanism of unit drive and the limit that it proves give at a load factor."""
+    system, axes = task.system, task.system.tangents + 1
+    g, h = parted(motion.moves.reshape(len(motion.moves), -1) @ system.S, axes)
+    moved = motion.size + motion.opening
+    terms = float((np.tile(moved, axes - 1) @ np.abs(system.A) + moved @ np.abs(system.B)).max())
+    unbalanced = float(np.abs(g.sum(axis=0)).max()) / terms if terms > 0 else 0.0
+    g = np.where(np.abs(g) > _WEIGHT * terms, g, 0.0)
+    sizes = lengths(g, h)
+    round_corners = (sizes > 0).sum(axis=0) > 2 if system.tangents > 1 else False
+    weight, residual = sizes.sum(axis=0) / np.where(round_corners, np.sqrt(3.0), 2.0), max(unbalanced, residual)
+    if not residual <= RESIDUAL:
+        raise SolverError(
+            f"least slip: the multipliers of the limit are off by {residual:.1e} (tolerance {RESIDUAL:g}); check for reactions and stiffnesses of "
+            "very different sizes"
+        )
+    return LeastSlip(load_factor, load_factor - limit, frozen(g), frozen(h), frozen(weight), system, task.cycle, residual)
