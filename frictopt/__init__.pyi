@@ -38,7 +38,6 @@ from .limits import (
     required_friction,
     safe_region,
     safe_slip,
-    separated_limit,
     shakedown_limit,
 )
 from .plots import plot_study
@@ -104,7 +103,6 @@ __all__ = [
     "safe_region",
     "safe_slip",
     "scenes",
-    "separated_limit",
     "shakedown_limit",
     "split_bodies",
     "starts",

@@ -20,7 +20,7 @@ if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` i
     from .contact import ContactSystem, Table
     from .fem.matrices.job import MatrixJob
 
-_KINDS = {"shakedown": "shakedown_limit", "guaranteed": "guaranteed_limit", "separated": "separated_limit", "onset": "onset"}
+_KINDS = {"shakedown": "shakedown_limit", "guaranteed": "guaranteed_limit", "onset": "onset"}
 _ROWS = 8  # of a table that is printed
 
 

@@ -27,12 +27,18 @@ _MOST = 60  # programs
 _GROUP = 4  # nodes that are flipped at once in space
 
 
-def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLimit], closed: ShakedownLimit) -> ShakedownLimit:
+def best_pattern(
+    task: Question, of_set: Callable[[Question, float], ShakedownLimit], closed: ShakedownLimit, at: float = np.inf
+) -> ShakedownLimit:
     """The best limit that the search finds; `of_set` asks for the one of a question with given open nodes, which counts above a load factor.
 
-    `closed` is the one with all nodes closed. It is the answer where it has a safe slip, and no node that rules it wants to open.
+    `closed` is the one with all nodes closed. It is the answer where it is safe from the mean load on, and no node that rules it wants to open.
+    Sets whose safe load factors begin above `at` do not count.
     """
     best, tried = closed, {closed.open.tobytes()}
+
+    def counts(limit: ShakedownLimit | None) -> bool:
+        return limit is not None and not (np.isnan(limit.load_factor) or limit.least > at)
 
     def gains(opened: Booleans) -> bool:
         nonlocal best
@@ -40,32 +46,42 @@ def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLi
             return False
         tried.add(opened.tobytes())
         with suppress(FrictoptError):  # one without an answer that passes the checks is none of those known to rest
-            limit = _limit(task, of_set, opened, np.nan_to_num(best.load_factor, nan=-np.inf))
-            if limit is not None and not limit.load_factor <= best.load_factor * (1 + _GAINS):
+            reached = best.load_factor if counts(best) else -np.inf
+            limit = _limit(task, of_set, opened, reached)
+            if counts(limit) and limit.load_factor > reached * (1 + _GAINS):
                 best = limit
                 return True
         return False
 
-    if np.isnan(closed.load_factor):
-        for opened in _settled(task):
+    def climb() -> None:
+        while counts(best) and np.isfinite(best.load_factor) and any(gains(opened) for opened in _next_to(best)):
+            pass
+
+    climb()
+    wants = len(tried) > 1
+    if wants or not closed.least <= 0:
+        for opened in _settled(task, wants):
             gains(opened)
-    while np.isfinite(best.load_factor) and any(gains(opened) for opened in _next_to(best)):
-        pass
+        climb()
     return best
 
 
-def _settled(task: Question) -> Iterator[Booleans]:
-    """What the mean load leaves open, with the friction and with parts of it."""
+def _settled(task: Question, wants: bool) -> Iterator[Booleans]:
+    """What the mean load leaves open, with the friction and with parts of it: where it opens none, only if a node `wants` to open."""
     for share in _SHARES:
         with suppress(SolverError):  # of the way to the mean load: the search has one set less to begin with
             if (opened := open_under_mean(replace(task, friction=share * task.friction))) is not None:
                 yield opened
-            elif share == 1.0:
+            elif share == 1.0 and not wants:
                 return
 
 
 def _next_to(best: ShakedownLimit) -> Iterator[Booleans]:
-    """Sets next to one: the nodes that rule its limit opened or closed, all at once, those at its border, and one by one or in small groups."""
+    """Sets next to one, by nodes that are opened or closed.
+
+    Those that rule its limit, all at once and those at its border; the whole border, from outside or inside, as a mechanism may rule on one side
+    only; the ruling ones one by one, in space in small groups.
+    """
     task, table = best._task, best.mechanism
     shares = table.groupby("node")["share"].sum().sort_values(ascending=False)
     ruling = np.array(shares.index[shares > _RULES * shares.max()], dtype=int)
@@ -76,7 +92,8 @@ def _next_to(best: ShakedownLimit) -> Iterator[Booleans]:
     border = near | np.roll(near, -1)
     size = 1 if task.system.tangents == 1 else _GROUP
     edge, inner = ruling[border[ruling]], ruling[~border[ruling]]
-    groups = [ruling, edge, *(part[k : k + size] for part in (edge, inner) for k in range(0, len(part), size))]
+    sides = [np.flatnonzero(border & (best.open == state)) for state in (False, True) if size == 1]
+    groups = [ruling, edge, *sides, *(part[k : k + size] for part in (edge, inner) for k in range(0, len(part), size))]
     for nodes in groups:
         opened = best.open.copy()
         opened[nodes] ^= True
@@ -84,12 +101,11 @@ def _next_to(best: ShakedownLimit) -> Iterator[Booleans]:
 
 
 def _limit(task: Question, of_set: Callable[[Question, float], ShakedownLimit], opened: Booleans, above: float) -> ShakedownLimit | None:
-    """The limit with given nodes open; None if no load factor has such a state, or it leaves a body free."""
+    """The limit with given nodes open; None if they leave a body free, or all are open and touch at every load factor."""
     if opened.all():
         return _all_open(task)
     rest = with_open(task, opened)
-    limit = None if rest is None else of_set(rest, above)
-    return None if limit is None or np.isnan(limit.load_factor) else limit
+    return None if rest is None else of_set(rest, above)
 
 
 def _all_open(task: Question) -> ShakedownLimit | None:

@@ -124,6 +124,8 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
             f"pressure of {pressed.least:.1e} force scales at one node; press nodes of little pressure, or leave them out"
         )
     root, step = 0.0 if none_needed else asked.root(most), _PROVEN_FRICTION
+    while root >= _LEAST_FRICTION and asked.jumps(root * (1 - step), root * (1 + step)):
+        root = asked.root(root * (1 - step))
     if root < _LEAST_FRICTION:
         if not asked.proven(0.0, True):
             raise SolverError(f"required friction: {_LEAST_FRICTION:.0e} is enough and 0 is not; no shear load of that size matters, take it as 0")
@@ -185,6 +187,10 @@ class _Asked:
                 step = (least + most) / 2 - friction
             friction, before = friction + step, abs(step)
         return friction
+
+    def jumps(self, less: float, more: float) -> bool:
+        """Whether both are enough, each with other nodes open: then less may be, too."""
+        return self.proven(less, True) and self.proven(more, True) and bool((self.safe(less).open != self.safe(more).open).any())
 
     def enough(self, frictions: Sequence[float]) -> float:
         """The first of these frictions with which a safe slip is proven; inf if none is."""

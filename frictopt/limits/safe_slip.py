@@ -17,6 +17,7 @@ from .question import Question, with_open
 from .safe_model import SafeModel, in_turn
 from .safe_slip_result import SafeSlip
 from .shakedown import ShakedownModel
+from .shakedown_result import ShakedownLimit
 
 _MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
 
@@ -61,7 +62,7 @@ class SafeSlipModel(SafeModel):
     ) -> None:
         super().__init__(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
         self._shakedown = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
-        self._opened = b"", np.zeros(system.nodes, dtype=bool)  # the nodes that are open in the limit of the last friction
+        self._last: tuple[bytes, ShakedownLimit] | None = None  # friction, and its shakedown limit
         self.margin = cp.Variable(name="margin")
         self._spare, self._apart = cp.Parameter(system.nodes, nonneg=True, name="mean_bound"), cp.Parameter(nonneg=True, name="clearance")
 
@@ -129,19 +130,20 @@ class SafeSlipModel(SafeModel):
         except SolverError:  # a slip that hardly anything resists, as a roll, can hide the margin, and not that none is safe
             safe = None
         if safe is None or not safe.exists:
-            opened = self._pattern(task)
+            opened = self._pattern(task, load_factor)
             if safe is None or opened.any():
                 rest = with_open(task, opened)
                 assert rest is not None  # it has a limit
                 safe = self._safe(rest, load_factor, own)
         return safe
 
-    def _pattern(self, task: Question) -> Booleans:
-        """(N,) which nodes the shakedown limit leaves open; none where it has no safe slip."""
+    def _pattern(self, task: Question, load_factor: float) -> Booleans:
+        """(N,) which nodes the shakedown limit leaves open; where that is safe only above the load factor, those of the best one that is not."""
         key = task.friction.tobytes()
-        if self._opened[0] != key:
-            self._opened = key, self._shakedown.of_any_set(task).open
-        return self._opened[1]
+        if self._last is None or self._last[0] != key:
+            self._last = key, self._shakedown.of_any_set(task)
+        limit = self._last[1]
+        return (self._shakedown.of_any_set(task, at=load_factor) if limit.least > load_factor else limit).open
 
 
 @warns_of_odd_values

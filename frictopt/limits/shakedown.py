@@ -109,12 +109,14 @@ class ShakedownModel(SafeModel):
         own = listed("constraints", constraints)
         return self._shown(self.of_any_set(self._posed(friction), own, objective))
 
-    def of_any_set(self, task: Question, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> ShakedownLimit:
-        """The limit of the best pattern of open nodes that the search finds, see `patterns`; with all closed where none wants to open."""
+    def of_any_set(
+        self, task: Question, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None, at: float = np.inf
+    ) -> ShakedownLimit:
+        """The limit of the best pattern of open nodes that the search finds, see `best_pattern`; with all closed where none wants to open."""
         limit, none = self.of_set(task, own, objective), (LimitKind.NO_SAFE_SLIP, ())
         if objective is not None or (np.isnan(limit.load_factor) and (limit.kind, limit.constraints) != none):
             return limit  # whatever is open, constraints of the user's own contradict each other
-        return best_pattern(task, lambda asked, above: self.of_set(asked, own, objective, above), limit)
+        return best_pattern(task, lambda asked, above: self.of_set(asked, own, objective, above), limit, at)
 
     def of_set(
         self, task: Question, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None, above: float = -np.inf

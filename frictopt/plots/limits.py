@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ..contact import RESIDUAL, Array, Booleans, ContactSystem, lengths
-from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, SeparatedLimit, ShakedownLimit
+from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, ShakedownLimit
 from ..transients import Onset
 from .nodes import circle, face_map, friction_ratio, label_panels, lines, lines_or_band, looks, node_at, ratio_map, ratios
 from .style import BLACK, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, one_axes, picture, series
@@ -17,7 +17,7 @@ Circles: TypeAlias = dict[int, tuple[Any, Any, Any]]
 Circled: TypeAlias = tuple[Circles, str]  # and what is circled
 State: TypeAlias = tuple[Array | None, Booleans | None]  # slip, and which nodes are open
 _ABSENT: State = None, None
-Limit: TypeAlias = ShakedownLimit | RequiredFriction | GuaranteedLimit | SeparatedLimit
+Limit: TypeAlias = ShakedownLimit | RequiredFriction | GuaranteedLimit
 
 _SHOWN = 4  # preloads in a title
 _AREA = 400  # of the circle round a node that is the whole mechanism, points^2
@@ -53,7 +53,7 @@ def _onset(onset: Onset, ax: Axes | None = None) -> Axes:
 def _shakedown_limit(limit: ShakedownLimit, ax: Axes | None = None) -> Axes:
     """Shear over friction bound at the corners under the safe slip; the area of a circle is the share of its node in the mechanism.
 
-    In space, at the first corner, with the slip as arrows.
+    Open nodes, which carry nothing, are marked at zero. In space, at the first corner, with the slip as arrows.
     """
     name = r"shakedown limit $\lambda_2$" if limit.objective is None else r"load factor $\lambda$ that the objective chooses"
     return _at_corners(limit, ax, equals(name, limit.load_factor))
@@ -72,15 +72,6 @@ def _guaranteed_limit(limit: GuaranteedLimit, ax: Axes | None = None) -> Axes:
     title = equals(r"guaranteed limit $\lambda_1$", limit.load_factor) + ", " + equals(r"shakedown limit $\lambda_2$", limit.shakedown.load_factor)
     if limit.node is not None and limit.corners is not None:
         title += f"\n{_on_its_bounds(limit.node, limit, limit.corners)}"
-    return _at_corners(limit, ax, title)
-
-
-@picture.register
-def _separated_limit(limit: SeparatedLimit, ax: Axes | None = None) -> Axes:
-    """Shear over friction bound at the corners of the resting cycle; open nodes, which have none, are marked at zero."""
-    title = equals(rf"{'limit with separation,' if limit.proven else 'rests up to'} $\lambda$", limit.load_factor)
-    if not (limit.load_factor == np.inf or np.isnan(limit.bound)):
-        title += f", bound {limit.bound:.5g}" if np.isfinite(limit.bound) else ", no bound"
     return _at_corners(limit, ax, title)
 
 
@@ -160,7 +151,7 @@ def _circles(limit: Limit) -> Circled:
     if isinstance(limit, ShakedownLimit | RequiredFriction):
         rows = limit.mechanism.groupby("corner")
         return {corner: (row["node"], row.get("direction"), _AREA * row["share"]) for corner, row in rows}, "limiting node; area: share"
-    if isinstance(limit, SeparatedLimit) or limit.corners is None:
+    if limit.corners is None:
         return {}, ""
     both = zip(limit.corners, (1, -1), strict=False)
     return {corner: (limit.node, sense, _ONE_NODE) for corner, sense in both}, "critical node"

@@ -82,8 +82,8 @@ def _opens(system: ContactSystem, p: Array, floor: float) -> str:
     gaps = int((opened & (system.gap > 0)).sum())
     initial = f", {gaps} of them with an initial gap that the load does not close" if gaps else ""
     return (
-        f"{_share(system, opened)} are open under the mean load alone if nothing slips{initial}: the contact is incomplete; press these nodes, or "
-        "ask `separated_limit`, which lets them be open"
+        f"{_share(system, opened)} are open under the mean load alone if nothing slips{initial}: the contact is incomplete; press these nodes "
+        "if they are to carry load"
     )
 
 
