@@ -24,14 +24,14 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     same = rounded[rounded["friction"] == FULL.friction]
     for (size, rows), look in zip(same.groupby("rounding"), SERIES, strict=False):
         ordered = rows.sort_values("elements")
-        second.plot(2 / ordered["elements"], ordered["separated"], label=f"{size:g}", **look)
+        second.plot(2 / ordered["elements"], ordered["shakedown"], label=f"{size:g}", **look)
     plain_log(second, "xy")
     second.set_xlabel("mean element / $a$")
     meshes = rounded["elements"].value_counts()
     several = rounded[rounded["elements"] == meshes.index[0]]
     for (_, rows), look in zip(several.groupby("rounding"), SERIES, strict=False):
         ordered = rows.sort_values("friction")
-        third.plot(ordered["friction"], ordered["separated"], **look)
+        third.plot(ordered["friction"], ordered["shakedown"], **look)
     third.set_xlabel("coefficient of friction $f$")
     third.set_ylim(bottom=0)
     for (name, rows), look in zip(tables["closed"].groupby("scene"), SERIES[5:], strict=False):
@@ -54,8 +54,8 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
 
 def _cylinder(axes: Any, table: pd.DataFrame) -> None:
     size = np.geomspace(table["size"].min(), table["size"].max(), 50)
-    power = exponent(table["size"], table["separated"])
-    axes.plot(table["size"], table["separated"], color=BLACK, marker="o", linestyle="none", label=f"cylinder: exponent {power:.2f}")
+    power = exponent(table["size"], table["shakedown"])
+    axes.plot(table["size"], table["shakedown"], color=BLACK, marker="o", linestyle="none", label=f"cylinder: exponent {power:.2f}")
     axes.plot(size, 1 - (1 - size) ** 2, color=GREY, label="partial slip of one cell")
     plain_log(axes, "xy")
     axes.set_xlabel("cell / $a$")

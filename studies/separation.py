@@ -61,12 +61,11 @@ QUICK = Parameters(
 
 def _row(contact: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> dict[str, Any]:
     begin = time.perf_counter()
-    limit = fo.separated_limit(contact, cycle, friction)
+    limit = fo.shakedown_limit(contact, cycle, friction)
     return {
         "nodes": contact.nodes,
         "friction": friction,
-        "shakedown": fo.shakedown_limit(contact, cycle, friction).load_factor,
-        "separated": limit.load_factor,
+        "shakedown": limit.load_factor,
         "bound": limit.bound,
         "open": int(limit.open.sum()),
         "residual": limit.residual,
@@ -112,9 +111,8 @@ def exponent(sizes: Any, limits: Any) -> float:
 
 
 _COLUMNS = {
-    "shakedown": "shakedown limit; without the nodes that are open under the mean load where no slip keeps all closed",
-    "separated": "largest load factor of the sets of open nodes that were tried, the others closed and stuck",
-    "bound": "upper bound by the mixed-integer program; inf where it has none",
+    "shakedown": "shakedown limit of the best set of nodes that stay open, the others closed and stuck",
+    "bound": "upper bound with the same nodes open",
     "open": "nodes that stay open",
 }
 _CYLINDER_COLUMNS = {"size": "cell over the half-width of the contact"} | _COLUMNS
@@ -134,10 +132,10 @@ CLOSED = Table("separation_closed", "limits of contacts that are closed under th
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
     """Exponents in the mesh size: of the cylinder, and of each rounding."""
     line, punches = tables[CYLINDER.name], tables[ROUNDED.name]
-    rows = [["cylinder", two_digits(exponent(line["size"], line["separated"])), "1"]]
+    rows = [["cylinder", two_digits(exponent(line["size"], line["shakedown"])), "1"]]
     parameters = punches[punches["friction"] == FULL.friction]
     for size, group in parameters.groupby("rounding"):
-        rows.append([f"rounded punch, s = {size:g}", two_digits(exponent(1 / group["elements"], group["separated"])), ""])
+        rows.append([f"rounded punch, s = {size:g}", two_digits(exponent(1 / group["elements"], group["shakedown"])), ""])
     return markdown(["contact", "exponent of the limit in h", "expected"], rows)
 
 

@@ -78,7 +78,7 @@ def limits(parameters: Parameters) -> Iterator[Row]:
     for nodes in parameters.meshes:
         contact = _cylinder(nodes)
         end = fo.worn_in(contact, _cycle(0.5), _FRICTION, 1.0)
-        before, after = (fo.separated_limit(one, _cycle(0.5), _FRICTION).load_factor for one in (contact, end.system))
+        before, after = (fo.shakedown_limit(one, _cycle(0.5), _FRICTION).load_factor for one in (contact, end.system))
         yield {"nodes": nodes, "before": before, "after": after, "residual": end.residual}
 
 

@@ -62,10 +62,10 @@ def same(table, other):
     )
 
 
-@pytest.mark.parametrize("kind", ["shakedown", "guaranteed", "separated", "onset"])
+@pytest.mark.parametrize("kind", ["shakedown", "guaranteed", "onset"])
 def test_a_limit_is_that_of_the_function_with_its_table_and_picture(kind, capsys):
     assert main([*LIMIT, *CORNERS, "--kind", kind, "--table", "limit.csv", "--picture", "limit.png"]) == 0
-    question = {"shakedown": fo.shakedown_limit, "guaranteed": fo.guaranteed_limit, "separated": fo.separated_limit, "onset": fo.onset}[kind]
+    question = {"shakedown": fo.shakedown_limit, "guaranteed": fo.guaranteed_limit, "onset": fo.onset}[kind]
     found = question(CONTACT, fo.LoadCycle({"mean": 1.0}, CYCLE.corners), 0.4)
     assert capsys.readouterr().out.startswith(repr(found))
     expected = found.to_frame()

@@ -49,7 +49,6 @@ CITED = {  # public name -> label of the equation of the theory page that its do
     "results.SteadyState": "work",
     "required_friction": "required",
     "safe_region": "region",
-    "separated_limit": "separated",
     "results.LeastSlip": "least",
     "results.SteadyState.fretting_table": "fretting",
     "wear": "wear",

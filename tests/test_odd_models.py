@@ -83,7 +83,6 @@ def test_friction_in_per_cent_and_a_load_factor_of_zero(system):
         lambda f: fo.SafeSlipModel(SYSTEM, CYCLE).solve(f, 0.0),
         lambda f: fo.GuaranteedModel(SYSTEM, CYCLE).solve(f),
         lambda f: (model := fo.DesignModel(SYSTEM, CYCLE, preloads=["P"])).solve(f, [model.preload <= 1.0]),
-        lambda f: fo.separated_limit(SYSTEM, CYCLE, f),
         lambda f: fo.safe_region(SYSTEM, {"P": 1.0}, ["Q", "sigma"], f),
         lambda f: fo.dissipation_study(SYSTEM, CYCLE, [f], load_factors=[1.0]),
         lambda f: fo.dissipation_range(SYSTEM, CYCLE, f, load_factor=1.0),

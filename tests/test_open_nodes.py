@@ -47,9 +47,9 @@ def test_the_limit_is_that_of_a_program_in_all_slips_and_gaps(seed, cycle):
     full = largest_with_open(contact, cycle, friction, np.tile(limit.open, (len(cycle.corners), 1)), 3 * limit.load_factor)
     assert full is not None and limit.load_factor == pytest.approx(full[0], rel=1e-6)
     closed = largest_with_open(contact, cycle, friction, np.zeros((len(cycle.corners), contact.nodes), dtype=bool), 3 * limit.load_factor)
-    assert closed is None  # nothing keeps all nodes closed
+    assert closed is None or closed[0] <= limit.load_factor * (1 + 1e-6)
     assert limit.residual <= 1e-9 and limit.bound == pytest.approx(limit.load_factor, rel=1e-8)
-    assert limit.reason.startswith(f"with {int(limit.open.sum())} of {contact.nodes} nodes open under the mean load: ")
+    assert limit.reason.startswith(f"with {int(limit.open.sum())} of {contact.nodes} nodes open: ")
 
 
 @settings(max_examples=12)
@@ -78,14 +78,6 @@ def test_a_plane_contact_in_space_has_the_same_limit_and_open_nodes(seed):
 
 @settings(max_examples=15)
 @given(st.integers(0, 10**6))
-def test_the_open_nodes_are_those_of_the_settled_mean_load(seed):
-    contact, friction, limit = open_contact(seed)
-    settled = fo.march(contact, CYCLE, friction, 0.0, cycles=1)
-    assert limit.open.tolist() == (settled.status[-1] == 2).tolist()
-
-
-@settings(max_examples=15)
-@given(st.integers(0, 10**6))
 def test_the_state_of_a_safe_slip_rests_and_no_slip_is_safe_beyond_the_limit(seed):
     contact, friction, limit = open_contact(seed)
     for share in (0.5, 0.999):
@@ -94,7 +86,7 @@ def test_the_state_of_a_safe_slip_rests_and_no_slip_is_safe_beyond_the_limit(see
         rests = fo.steady_state(contact, CYCLE, friction, share * limit.load_factor, initial_state=safe.state)
         assert rests.outcome is fo.Outcome.SHAKEDOWN
     beyond = fo.safe_slip(contact, CYCLE, friction, 1.001 * limit.load_factor)
-    assert not beyond.exists and beyond.certificate is not None and "open that the mean load opens; with others open one may be" in beyond.reason
+    assert not beyond.exists and beyond.certificate is not None and "open that the search finds; with others open one may be" in beyond.reason
 
 
 def test_amplitudes_of_two_loads_with_a_node_that_stays_open():
@@ -124,10 +116,9 @@ def test_every_cycle_above_the_limit_slips_as_much_as_is_proven_while_the_open_n
 
 
 @pytest.mark.parametrize("seed", [3, 5, 11])
-def test_a_separated_limit_in_space_is_never_less_and_rests(seed):
-    contact, cycle, limit = open_in_space(seed, nodes=4)
-    best = fo.separated_limit(contact, cycle, 0.6, most_sets=16)
-    assert best.load_factor >= limit.load_factor and best.residual <= 1e-9
+def test_a_limit_in_space_is_that_of_the_best_of_all_sets(seed):
+    contact, cycle, best = open_in_space(seed, nodes=4)
+    assert best.residual <= 1e-9
     every = [opened for opened in np.array(np.meshgrid(*[[False, True]] * 4)).reshape(4, -1).T if not opened.all()]
     most = np.nanmax([Oracle(contact, cycle, 0.6, opened).largest() for opened in every])
     assert best.load_factor == pytest.approx(most, rel=1e-6)
@@ -138,7 +129,7 @@ def test_closed_nodes_without_mean_load_rest_until_a_gap_closes():
     still, shear = np.zeros((2, 2)), np.array([[0.0, 0.0], [0.1, 0.0]])
     bonded = {"mean": (still, np.array([-0.1, 0.0])), "press": (shear, np.ones(2)), "lift": (-shear, np.array([-1.0, 1.0]))}
     contact = fo.ContactSystem(np.eye(6), [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], bonded)
-    best = fo.separated_limit(contact, fo.LoadCycle({"mean": 1.0}, [{"press": 1.0}, {"lift": 1.0}]), 0.5)
+    best = fo.shakedown_limit(contact, fo.LoadCycle({"mean": 1.0}, [{"press": 1.0}, {"lift": 1.0}]), 0.5)
     assert best.load_factor == pytest.approx(0.1) and best.open.tolist() == [True, False]
 
 
@@ -150,11 +141,11 @@ def test_an_open_node_may_slip_farther_than_the_largest_slip():
 
 
 def test_what_is_said_of_a_rounded_punch(punch, paper_cycle):
-    """Table, copy and picture name the open nodes; below a bound on the slip the same nodes are open."""
+    """Table, copy and picture name the open nodes; a bound on the slip lowers the limit."""
     contact = punch(8).with_gap(2.0 * punch(8).x ** 4)
     limit = fo.shakedown_limit(contact, paper_cycle, 0.6)
     assert limit.to_frame()["open"].tolist() == limit.open.tolist() and limit.open[[0, -1]].all() and not limit.open[4]
-    assert f"nodes: {int(limit.open.sum())} of 9 are open under the mean load" in limit.record.left_out
+    assert f"nodes: {int(limit.open.sum())} of 9 stay open" in limit.record.left_out
     bounded = fo.shakedown_limit(contact, paper_cycle, 0.6, slip_bound=0.5 * limit.largest_slip)
     assert 0 < bounded.load_factor < limit.load_factor and np.abs(bounded.slip[~bounded.open]).max() <= 0.5 * limit.largest_slip * (1 + 1e-9)
     assert "open" not in fo.shakedown_limit(punch(8), paper_cycle, 0.6).to_frame()
@@ -184,10 +175,8 @@ def test_starts_from_which_nodes_open_and_close_slip_for_ever_below_a_guaranteed
 
 
 @pytest.mark.parametrize("seed", [1, 17])
-def test_no_set_that_differs_by_a_node_that_rules_is_better_than_a_separated_limit(seed):
-    contact, cycle, limit = open_in_space(seed, nodes=9)
-    best = fo.separated_limit(contact, cycle, 0.6, most_sets=80)
-    assert best.load_factor > 1.2 * limit.load_factor
+def test_no_set_that_differs_by_one_node_is_better(seed):
+    contact, cycle, best = open_in_space(seed, nodes=9)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of solutions that are less accurate
         assert best.load_factor == pytest.approx(Oracle(contact, cycle, 0.6, best.open).largest(), rel=1e-4)

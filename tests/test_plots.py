@@ -152,8 +152,6 @@ NOTHING = {  # answer, what the title says
     "unbounded, in space": (lambda: fo.shakedown_limit(NODE, PRESSING, F), "infinite"),
     "unsafe": (lambda: fo.shakedown_limit(PAIR, DOWN, F), "none"),
     "unsafe, guaranteed": (lambda: fo.guaranteed_limit(PAIR, DOWN, F), "none"),
-    "unsafe, with separation": (lambda: fo.separated_limit(SLIDING, CYCLE, 0.5), "none"),
-    "unbounded, with separation": (lambda: fo.separated_limit(PRESSED, UP, 0.5), "is infinite"),
     "no friction is enough": (lambda: fo.required_friction(PULLED, UP, 2.0), "required friction $f$ is infinite"),
     "no friction is needed": (lambda: fo.required_friction(CENTRED, UP, 1.0), "required friction $f$ = 0"),
     "no amplitudes": (lambda: fo.safe_region(FIVE, {"mean": -1.0}, ["cyclic", "other"], F), ""),

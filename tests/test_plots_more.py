@@ -1,4 +1,4 @@
-"""Pictures of what follows limits and of searches: separation, ranges, least slips, damping, designs, required friction, safe regions."""
+"""Pictures of what follows limits and of searches: open nodes, ranges, least slips, damping, designs, required friction, safe regions."""
 
 import itertools
 
@@ -24,8 +24,8 @@ def marks(ax, label):
     return np.concatenate([np.empty((0, 2)), *places])
 
 
-def test_a_limit_with_separation_shows_the_corners_of_the_path_from_its_state_and_marks_open_nodes():
-    limit = fo.separated_limit(ROUNDED, PULL, F)
+def test_a_limit_with_open_nodes_shows_the_corners_of_the_path_from_its_state_and_marks_them():
+    limit = fo.shakedown_limit(ROUNDED, PULL, F)
     ax = limit.plot()
     path = fo.march(ROUNDED, PULL, F, limit.load_factor, initial_state=limit.state, cycles=1)  # what the state does
     rows = [np.flatnonzero(path.time == corner)[-1] for corner in (1, 2)]
@@ -39,8 +39,8 @@ def test_a_limit_with_separation_shows_the_corners_of_the_path_from_its_state_an
     assert np.allclose(shear, q, atol=1e-9) and np.allclose(pressure, p, atol=1e-9) and not pressure[:, limit.open].any()
     always = (path.gap[rows] > 0).all(axis=0)
     assert always.any() and marks(ax, "open").tolist() == [[x, 0.0] for x in ROUNDED.x[always]]
-    assert ax.get_title() == rf"limit with separation, $\lambda$ = {limit.load_factor:.5g}, bound {limit.bound:.5g}"
-    assert limit.proven and limit.system is ROUNDED and np.array_equal(limit.friction, np.full(5, F))
+    assert ax.get_title() == rf"shakedown limit $\lambda_2$ = {limit.load_factor:.5g}"
+    assert limit.system is ROUNDED and np.array_equal(limit.friction, np.full(5, F))
 
 
 @pytest.mark.parametrize("contact", [PAIR, JOINT], ids=["pair", "two contacts"])

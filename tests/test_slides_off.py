@@ -58,7 +58,6 @@ ANSWERS = {
     "shakedown_limit": lambda s, c, f: fo.shakedown_limit(s, c, f),
     "safe_slip": lambda s, c, f: fo.safe_slip(s, c, f, 1.0),
     "guaranteed_limit": lambda s, c, f: fo.guaranteed_limit(s, c, f),
-    "separated_limit": lambda s, c, f: fo.separated_limit(s, c, f),
     "onset": lambda s, c, f: fo.onset(s, c, f),
 }
 ENDS = {

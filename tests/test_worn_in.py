@@ -69,7 +69,7 @@ def test_the_worn_cylinder_is_at_its_limit():
     for count in (8, 16, 32):
         contact = on_edges(count)
         end = fo.worn_in(*contact)
-        limit = fo.separated_limit(end.system, *contact[1:3])
+        limit = fo.shakedown_limit(end.system, *contact[1:3])
         assert not (limit.open & end.stick).any()
         limits.append(limit.load_factor / contact[3] - 1)
     assert 0 < limits[2] < 0.04 and np.all(np.diff(limits) < 0) and limits[2] < 0.6 * limits[1]

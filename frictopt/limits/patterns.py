@@ -27,9 +27,7 @@ _MOST = 60  # programs
 _GROUP = 4  # nodes that are flipped at once in space
 
 
-def best_pattern(
-    task: Question, of_set: Callable[[Question, float], ShakedownLimit], closed: ShakedownLimit, at: float = np.inf
-) -> ShakedownLimit:
+def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLimit], closed: ShakedownLimit, at: float = np.inf) -> ShakedownLimit:
     """The best limit that the search finds; `of_set` asks for the one of a question with given open nodes, which counts above a load factor.
 
     `closed` is the one with all nodes closed. It is the answer where it is safe from the mean load on, and no node that rules it wants to open.

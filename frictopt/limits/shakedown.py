@@ -21,7 +21,7 @@ from .answered import Mechanism, answered
 from .models import least_load, shakedown
 from .patterns import best_pattern
 from .programs import Program
-from .question import Question
+from .question import Question, with_open
 from .safe_model import SafeModel, in_turn
 from .shakedown_result import ShakedownLimit
 
@@ -79,8 +79,8 @@ class ShakedownModel(SafeModel):
         constraints
             cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units, and on variables of your own. They are linear, or
             of abs, max, norms and the like: the multipliers of rows and second-order cones prove the limit. `bound` and `residual` cover them. The
-            program is compiled once for the same constraints. Nodes may stay open where no slip
-            keeps all closed without the constraints: q and p are 0 there, and the slip is that under the mean load.
+            program is compiled once for the same constraints. The nodes that stay open are those
+            of the limit without the constraints: q and p are 0 there, and the slip is that under the mean load.
         objective
             What shall be largest over the safe slips, instead of the load factor: a concave cvxpy expression on the same, also linear or of abs, max,
             norms and the like, such as `model.load_factor - 0.1 * cp.norm1(model.slip)`. See `ShakedownLimit.objective`.
@@ -113,10 +113,9 @@ class ShakedownModel(SafeModel):
         self, task: Question, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None, at: float = np.inf
     ) -> ShakedownLimit:
         """The limit of the best pattern of open nodes that the search finds, see `best_pattern`; with all closed where none wants to open."""
-        limit, none = self.of_set(task, own, objective), (LimitKind.NO_SAFE_SLIP, ())
-        if objective is not None or (np.isnan(limit.load_factor) and (limit.kind, limit.constraints) != none):
-            return limit  # whatever is open, constraints of the user's own contradict each other
-        return best_pattern(task, lambda asked, above: self.of_set(asked, own, objective, above), limit, at)
+        if own or objective is not None:  # which change no pattern
+            return self.of_set(with_open(task, self.of_any_set(task).open) or task, own, objective)
+        return best_pattern(task, lambda asked, above: self.of_set(asked, above=above), self.of_set(task), at)
 
     def of_set(
         self, task: Question, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None, above: float = -np.inf
@@ -178,8 +177,8 @@ def shakedown_limit(
 ) -> ShakedownLimit:
     """Largest load factor at which some residual slip is safe (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987).
 
-    Safe means: every node closed and stuck at every corner of the cycle. Where no slip does that, nodes that are open under the mean load may stay
-    open (`ShakedownLimit.open`). With others open, or opening and closing in each cycle, a contact may rest above it. Theory, eq. (7).
+    Safe means: every node closed and stuck at every corner of the cycle, or open all through it (`ShakedownLimit.open`). Which ones stay open
+    is searched near the settled mean load. With others open, or opening and closing in each cycle, a contact may rest above it. Theory, eq. (7).
 
     Parameters
     ----------

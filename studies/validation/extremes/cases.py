@@ -17,7 +17,7 @@ from .designs import design_probes
 from .guarantees import guaranteed_corners, guaranteed_probe, guaranteed_units
 from .probes import SHEAR, Answer, Probe, Sizes, loose, nearly_separated, one_node, punch_in_units, shakedown
 from .ranges import range_probes
-from .separations import separation_probes
+from .patterns import pattern_probes
 from .space import space_probes
 
 _LP = "plain linear program, scipy"
@@ -28,7 +28,7 @@ _DENSE = 300  # elements up to which the plain linear program is solved: it take
 def probes(sizes: Sizes) -> Iterator[Probe]:
     """All questions."""
     own = _friction, _stiffness, _surface, _poisson, _grading, _unit, _near_limit, _free_punch, _critical, _separation, _nodes, _corners, _cycles
-    for part in (*own, separation_probes, range_probes, design_probes, space_probes):
+    for part in (*own, pattern_probes, range_probes, design_probes, space_probes):
         yield from part(sizes)
 
 

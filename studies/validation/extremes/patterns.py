@@ -1,4 +1,4 @@
-"""The limit with separation for extreme input, compared with a plain linear program for its open nodes."""
+"""Limits with open nodes for extreme input, compared with a plain linear program for its open nodes."""
 
 from collections.abc import Iterator
 from functools import cache
@@ -15,8 +15,8 @@ from .probes import Answer, Probe, Sizes
 _LP = "plain linear program with its open nodes, scipy"
 
 
-def separation_probes(sizes: Sizes) -> Iterator[Probe]:
-    """All questions about the limit with separation: of a rounded punch of at most 9 nodes."""
+def pattern_probes(sizes: Sizes) -> Iterator[Probe]:
+    """All questions about limits with open nodes: of a rounded punch of at most 9 nodes."""
     punch = fo.scenes.PunchOnHalfPlane(elements=min(8, 3 * sizes.elements // 4), grading=3.0, growth=1.3).condense()
     for size in (1e-6, 1e-3, 1.0, 1e3, 1e6):
         yield _probe("rounding of the edge", f"{size:g}", _rounded(punch, size), 0.6)
@@ -32,10 +32,10 @@ def _rounded(punch: fo.ContactSystem, size: float, force: float = 1.0, length: f
 
 
 def _probe(extreme: str, value: str, system: fo.ContactSystem, friction: float) -> Probe:
-    limit = cache(lambda: fo.separated_limit(system, LOADS, friction))
+    limit = cache(lambda: fo.shakedown_limit(system, LOADS, friction))
 
     def plain() -> float | None:
         claim = largest_with_open(system, LOADS, friction, np.tile(limit().open, (len(LOADS.corners), 1)), 4 * limit().load_factor)
         return None if claim is None else claim[0]
 
-    return Probe(extreme, value, "limit with separation", lambda: Answer.of(limit(), limit().load_factor), plain, _LP)
+    return Probe(extreme, value, "limit with open nodes", lambda: Answer.of(limit(), limit().load_factor), plain, _LP)

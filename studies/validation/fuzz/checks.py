@@ -16,7 +16,7 @@ from .cases import Case
 from .guaranteed import followed, guaranteed, guaranteed_transformed
 from .known import Known, NotAsked, Wrong, same, transformed
 from .searches import best_design, found_range, least_slip, limit_after_protocol
-from .separated import separated
+from .patterns import patterns
 
 _WITHIN_STRETCH, _SHORT = 4, 1e-4  # increments within the shortest stretch between events; stretches that are shorter are not followed so
 _STEPS = (7, 30, 131, 1009)  # increments from corner to corner; without common divisors, so that not all of them miss the same event
@@ -220,7 +220,7 @@ CHECKS: dict[str, Callable[[Known], tuple[float, bool]]] = {
     "guaranteed limit": guaranteed,
     "guaranteed, transformed": guaranteed_transformed,
     "guarantee, followed": followed,
-    "limit with separation": separated,
+    "patterns": patterns,
     "best design": best_design,
     "least slip": least_slip,
     "found range": found_range,
