@@ -35,8 +35,8 @@ def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLi
     """
     best, tried = closed, {closed.open.tobytes()}
 
-    def counts(limit: ShakedownLimit | None) -> bool:
-        return limit is not None and not (np.isnan(limit.load_factor) or limit.least > at)
+    def counts(limit: ShakedownLimit) -> bool:
+        return not (np.isnan(limit.load_factor) or limit.least > at)
 
     def gains(opened: Booleans) -> bool:
         nonlocal best
@@ -46,7 +46,7 @@ def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLi
         with suppress(FrictoptError):  # one without an answer that passes the checks is none of those known to rest
             reached = best.load_factor if counts(best) else -np.inf
             limit = _limit(task, of_set, opened, reached)
-            if counts(limit) and limit.load_factor > reached * (1 + _GAINS):
+            if limit is not None and counts(limit) and limit.load_factor > reached * (1 + _GAINS):
                 best = limit
                 return True
         return False

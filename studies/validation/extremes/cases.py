@@ -15,9 +15,9 @@ from ...paper import LOADS
 from .. import oracles
 from .designs import design_probes
 from .guarantees import guaranteed_corners, guaranteed_probe, guaranteed_units
+from .patterns import pattern_probes
 from .probes import SHEAR, Answer, Probe, Sizes, loose, nearly_separated, one_node, punch_in_units, shakedown
 from .ranges import range_probes
-from .patterns import pattern_probes
 from .space import space_probes
 
 _LP = "plain linear program, scipy"

@@ -15,8 +15,8 @@ from ..open_patterns import largest_with_open
 from .cases import Case
 from .guaranteed import followed, guaranteed, guaranteed_transformed
 from .known import Known, NotAsked, Wrong, same, transformed
-from .searches import best_design, found_range, least_slip, limit_after_protocol
 from .patterns import patterns
+from .searches import best_design, found_range, least_slip, limit_after_protocol
 
 _WITHIN_STRETCH, _SHORT = 4, 1e-4  # increments within the shortest stretch between events; stretches that are shorter are not followed so
 _STEPS = (7, 30, 131, 1009)  # increments from corner to corner; without common divisors, so that not all of them miss the same event
