@@ -455,7 +455,7 @@ FAULTS = (
     Fault("limits/design_result.py", "what a profile adds is left out", "np.maximum(-gap, 0.0)", "np.maximum(-0.5 * gap, 0.0)", "design"),
     Fault("limits/patterns.py", "nodes that rule are not moved", "ruling = np.array(shares.index[shares > _RULES * shares.max()], dtype=int)",
           "ruling = np.array([], dtype=int)", "patterns"),
-    Fault("limits/patterns.py", "sides of the border are not tried", "for state in (False, True) if size == 1]", "for state in ()]", "patterns"),
+    Fault("limits/patterns.py", "sides of the border are not tried", "for state in (False, True) if plane]", "for state in ()]", "patterns"),
     Fault("limits/patterns.py", "less friction opens nothing", "friction=share * task.friction", "friction=task.friction", "patterns"),
     Fault("limits/patterns.py", "a set that begins above the load counts", "or limit.least > at)", ")", "patterns"),
     Fault("limits/patterns.py", "all open nodes never touch", "load_factor = float(touching.min())", "load_factor = np.inf", "patterns"),

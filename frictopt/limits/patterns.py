@@ -24,7 +24,7 @@ _RULES = 0.02  # part of the largest motion from which on a node rules
 _GAINS = 1e-7  # relative gain that counts
 _TOUCHES = 1e3 * RESIDUAL  # pressure, over the mean force, up to which a closed node wants to open
 _MOST = 60  # programs
-_GROUP = 4  # nodes that are flipped at once in space
+_GROUP, _FEW = 4, 16  # nodes that are flipped at once in space, where more than few of them rule
 
 
 def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLimit], closed: ShakedownLimit, at: float = np.inf) -> ShakedownLimit:
@@ -88,9 +88,10 @@ def _next_to(best: ShakedownLimit) -> Iterator[Booleans]:
         ruling = ruling[~pressed[ruling] | (task.r0[:, -1, ruling].max(axis=0) < 0)]
     near = np.roll(best.open, 1) != best.open
     border = near | np.roll(near, -1)
-    size = 1 if task.system.tangents == 1 else _GROUP
+    plane = task.system.tangents == 1
+    size = 1 if plane or len(ruling) <= _FEW else _GROUP
     edge, inner = ruling[border[ruling]], ruling[~border[ruling]]
-    sides = [np.flatnonzero(border & (best.open == state)) for state in (False, True) if size == 1]
+    sides = [np.flatnonzero(border & (best.open == state)) for state in (False, True) if plane]
     groups = [ruling, edge, *sides, *(part[k : k + size] for part in (edge, inner) for k in range(0, len(part), size))]
     for nodes in groups:
         opened = best.open.copy()
