@@ -125,7 +125,7 @@ class CriticalSearch:
 
         def never() -> NodeClaim | None:
             none = program.chain.contradiction(self._solver)
-            return None if none is None else NodeClaim(state, np.inf, np.full(program.task.slip_shape, np.nan), none.residual, how=NEVER)
+            return None if none is None else NodeClaim(state, np.inf, np.full(program.task.system.slip_shape, np.nan), none.residual, how=NEVER)
 
         claim, record = program.chain.solve(lambda: _claimed(program, state, found), self._solver, no_optimum=never)
         self.records.append(record)

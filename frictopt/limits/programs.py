@@ -43,7 +43,7 @@ def free_slips(task: Question) -> tuple[Array, Array]:
 def tractions(task: Question, rows: Sequence[Row] | None = None) -> Change:
     """Tractions as unknowns of a listing's rows: the slips that they make by the compliance, and slides that nothing resists."""
     free, give = free_slips(task)
-    rows = rest(task, unknowns(task.slip_shape, ()), ()) if rows is None else rows
+    rows = rest(task, unknowns(task.system.slip_shape, ()), ()) if rows is None else rows
     sizes = task.force / (task.system.own_stiffness[: len(free)] @ free**2)
     return by_inverse(rows[0], rows[1 : 3 if len(task.W) else 2], free, give, np.tile(task.shear_unit, task.system.tangents), sizes)
 

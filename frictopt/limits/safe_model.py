@@ -117,7 +117,7 @@ class SafeModel:
         """Rows by which the slip of open nodes is the one under the mean load, for the user's own rows."""
         t = task.system.tangents * task.system.nodes
         out = np.tile(task.open, task.system.tangents)
-        still = task.rested(np.zeros(task.slip_shape)).T.ravel()[out]
+        still = task.rested(np.zeros(task.system.slip_shape)).T.ravel()[out]
         moved, chosen = cp.Variable(len(still), name="v_r"), named(np.eye(t)[out], "open")
         return [moved == named(task.follow, "V") @ vec(self.slip), chosen @ vec(self.slip) == named(still, "v0") + moved]
 

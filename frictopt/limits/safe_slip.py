@@ -232,7 +232,7 @@ def judged(program: Program, margin: cp.Variable, load_factor: float) -> SafeSli
 
 def exists_at_some_load(task: Question, solver: str | None) -> bool | None:
     """Whether some slip is safe at some load factor; None where neither is proven."""
-    x = models.unknowns(task.slip_shape, range(len(task.r1)))
+    x = models.unknowns(task.system.slip_shape, range(len(task.r1)))
     program = listed_rows(task, x, cp.Parameter(task.system.nodes, nonneg=True, name="f"))
     program = program.compiled(cp.Problem(cp.Minimize(x.load_factor), [*program.rows, x.load_factor >= 0]), task.load_unit)
 
