@@ -104,9 +104,11 @@ class Program:
         units |= {q: each for q in x.q.values()} | {p: task.node_unit for p in x.p.values()}
         return units | {gap: task.clearance for gap in x.gap.values()}
 
-    def ask(self, task: Question) -> None:
-        """Set friction and the units that follow from it."""
-        self.task, self.f.value = task, task.friction
+    def ask(self, task: Question, unit: float) -> None:
+        """Set friction, the units that follow from it, and the `unit` of the objective."""
+        if (task.shear_unit != self.task.shear_unit).any():
+            self.chain.changes = [tractions(task, self.rows)]
+        self.task, self.f.value, self.chain.unit = task, task.friction, unit
         self.chain.units |= self.units
 
     @property

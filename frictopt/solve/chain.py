@@ -47,8 +47,8 @@ class Chain:
 
     Attributes
     ----------
-    units, unit
-        The units, which may be set anew for each solution.
+    units, changes, unit
+        As given; they may be set anew for each solution.
     proof
         What the multipliers prove that stand in the problem.
     violation
@@ -61,7 +61,7 @@ class Chain:
     def __init__(
         self, problem: cp.Problem, units: Mapping[cp.Variable, Any], changes: Sequence[Change] = (), simplify: bool = True, unit: float = 1.0
     ) -> None:
-        self.problem, self.units, self._changes, self._simplify, self.unit = problem, dict(units), changes, simplify, unit
+        self.problem, self.units, self.changes, self._simplify, self.unit = problem, dict(units), changes, simplify, unit
         self._compiled = Compiled(problem)
         self._reduced: Reduced | None = None
 
@@ -69,7 +69,7 @@ class Chain:
     def reduced(self) -> Reduced:
         """The reduced program with the parameters of the last `solve`."""
         if self._reduced is None:
-            self._reduced = Reduced(self._compiled, self.units, self._changes, self._simplify)
+            self._reduced = Reduced(self._compiled, self.units, self.changes, self._simplify)
         return self._reduced
 
     def solve(
