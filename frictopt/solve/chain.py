@@ -131,7 +131,7 @@ class Chain:
         found = _least_excess(program, program.right, None, solver)
         if found is None or not found[0] > RESIDUAL:
             return None
-        multipliers = reduced.multipliers(found[2], np.zeros(len(compiled.cost)))
+        multipliers = reduced.multipliers(found[2], np.zeros(len(compiled.cost)), reduced.z_unit)
         balance = compiled.matrix.T @ multipliers
         lack, off = -float(compiled.right @ multipliers), float(np.abs(balance) @ reduced.z_unit)
         if not lack > 0 or off / lack / _FAR > RESIDUAL:

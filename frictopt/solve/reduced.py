@@ -206,10 +206,10 @@ class Reduced:
                 z[block.defined] = block.matrix @ z[block.of]
         for step in reversed(self._steps):
             step.value(z)
-        return z, self.multipliers(y, compiled.cost)
+        return z, self.multipliers(y, compiled.cost, np.maximum(np.abs(z), self.z_unit))
 
-    def multipliers(self, y: Array, cost: Array) -> Array:
-        """The multipliers of the compiled program with a cost, its own or none."""
+    def multipliers(self, y: Array, cost: Array, sizes: Array) -> Array:
+        """The multipliers of the compiled program with a cost, its own or none; `sizes` weigh by how much they do not balance."""
         compiled, y, multipliers = self.compiled, y / self.row_unit, np.zeros(len(self.compiled.right))
         multipliers[self._named], multipliers[self._names] = y[: self.arrays.zero], y[self.arrays.zero :]
         heads, tails = self._apexes
@@ -219,11 +219,12 @@ class Reduced:
         off = compiled.matrix.T @ multipliers + cost
         for block in compiled.blocks:
             multipliers[block.rows] = -block.sign * off[block.defined]
-        off = compiled.matrix.T @ compiled.whole(multipliers) + cost
+        off, mended = compiled.matrix.T @ compiled.whole(multipliers) + cost, multipliers.copy()
         for change, square in self._changes:  # the rounding of the inverse, which soft unknowns make large
             at, count = np.arange(square.rows.start, square.rows.stop)[change.loaded], change.values
-            multipliers[at] += square.sign * (off[square.of] @ change.matrix[:, :count]) / change.product[change.loaded][:, :count].diagonal()
-        return compiled.whole(multipliers)
+            mended[at] += square.sign * (off[square.of] @ change.matrix[:, :count]) / change.product[change.loaded][:, :count].diagonal()
+        left = compiled.matrix.T @ compiled.whole(mended) + cost
+        return mended if np.abs(left) @ sizes < np.abs(off) @ sizes else multipliers
 
 
 def _moved(block: Block, which: Integers, change: Change, square: Block) -> Array:
