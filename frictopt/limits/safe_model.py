@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial, wraps
+from inspect import Signature, signature
 from threading import RLock
 from typing import Any, Self, TypeVar, cast
 
@@ -41,6 +42,7 @@ class SafeModel:
 
     _given = False  # whether the load factor is
     _made: Any
+    __signature__: Signature
     load_factor: Any
     """The load factor, a cvxpy variable for constraints of your own."""
     slip: cp.Variable
@@ -67,6 +69,9 @@ class SafeModel:
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(map(repr, self._posed.args))})"
+
+    def __init_subclass__(cls) -> None:
+        cls.__signature__ = (asked := signature(cls.__init__)).replace(parameters=[*asked.parameters.values()][1:])  # else it is that of __new__
 
     def __new__(cls, *args: Any, **options: Any) -> Self:
         """Keep what it is made of, for its copies."""
