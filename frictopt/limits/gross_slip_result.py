@@ -49,8 +49,8 @@ class GrossSlip(Explained):
     >>> import frictopt as fo
     >>> block = fo.ContactSystem.from_blocks([[0.0]], [[0.0]], [[0.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([-1.0], [0.0])})
     >>> slide = fo.gross_slip(block, fo.LoadCycle({"P": 4.0}, [{"Q": 1.0}, {"Q": -0.5}]), friction=0.5)
-    >>> slide.phi.tolist(), slide.loads
-    ([[0.8944271909999159], [0.44721359549995793]], 'Q = +1')
+    >>> slide.phi.round(3).tolist(), slide.loads  # it rises by the angle of friction
+    ([[0.894], [0.447]], 'Q = +1')
     """
 
     _said = ("load_factor", "bound", "loads", "residual", "reason")
