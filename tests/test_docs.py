@@ -50,6 +50,7 @@ CITED = {  # public name -> label of the equation of the theory page that its do
     "required_friction": "required",
     "safe_region": "region",
     "separated_limit": "separated",
+    "gross_slip": "gross",
     "results.LeastSlip": "least",
     "results.SteadyState.fretting_table": "fretting",
     "wear": "wear",

@@ -1,8 +1,10 @@
-"""Limits of a load cycle as linear and cone programs: shakedown, safe residual slip, guaranteed limit, limit with open nodes."""
+"""Limits of a load cycle as linear and cone programs: shakedown, safe residual slip, guaranteed limit, limit with open nodes, gross slip."""
 
 from ..contact import LimitKind
 from .design import DesignModel
 from .design_result import Design
+from .gross_slip import gross_slip
+from .gross_slip_result import GrossSlip
 from .guaranteed import GuaranteedModel, guaranteed_limit
 from .guaranteed_result import GuaranteedLimit
 from .required_friction import RequiredFriction, required_friction

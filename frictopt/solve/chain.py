@@ -87,13 +87,17 @@ class Chain:
         self._reduced = None
         program = self.reduced.arrays
         kind = LP if program.sizes.max(initial=1) == 1 else LARGE_SOCP if len(program.cost) >= _LARGE else SOCP
-        for name in solver_order(solver, kind):
+        sparse = kind == LARGE_SOCP and not len(program.block)  # of few entries: Clarabel factors it faster, and the polish takes far longer
+        names = solver_order(solver, SOCP if sparse else kind)
+        for name, polished in [*((name, False) for name in names if sparse), *((name, True) for name in names)]:
             outcome, x, y = run(program, name, above / self.unit)
             claim = None
             if outcome == OPTIMAL:
                 agreed, claim = False, self._claim(x, program.admissible(y), judged)
                 attempts.append(Attempt(name, outcome, claim.residual))
-                if not claim.residual <= (ROUNDING if kind == SOCP else tolerance):  # digits that interior points leave cost little in small programs
+                if polished and not claim.residual <= (
+                    ROUNDING if kind == SOCP else tolerance
+                ):  # digits that interior points leave cost little in small programs
                     refined = self._claim(*polish(program, x, y), judged)
                     attempts.append(Attempt(name, f"refined on the {'vertex' if kind == LP else 'active cones'}", refined.residual))
                     claim = self._claim(x, program.admissible(y), judged) if claim.residual < refined.residual else refined
@@ -188,11 +192,12 @@ def _least_excess(program: Arrays, right: Array, cost: Array | None, solver: str
         status, x, y = run(arrays, name, -np.inf)
         if status != OPTIMAL:
             continue
-        x, y = polish(arrays, x, y)
-        value, bound = float(x[width]), -float(arrays.right @ y)
-        off = float(np.abs(arrays.matrix.T @ y + arrays.cost) @ np.maximum(np.abs(x), 1.0))
-        if abs(value - bound) + off <= RESIDUAL or bound - off > RESIDUAL:
-            last_rows = 2 * zero + linear + len(sides)
-            own = np.r_[y[:zero] - y[zero + linear : 2 * zero + linear], y[zero : zero + linear], y[last_rows:]]
-            return bound if bound - off > RESIDUAL else min(value, bound), x[:width], own
+        for polished in (False, True) if kind == LARGE_SOCP else (True,):  # which takes long in large programs
+            x, y = polish(arrays, x, y) if polished else (x, arrays.admissible(y))
+            value, bound = float(x[width]), -float(arrays.right @ y)
+            off = float(np.abs(arrays.matrix.T @ y + arrays.cost) @ np.maximum(np.abs(x), 1.0))
+            if abs(value - bound) + off <= RESIDUAL or bound - off > RESIDUAL:
+                last_rows = 2 * zero + linear + len(sides)
+                own = np.r_[y[:zero] - y[zero + linear : 2 * zero + linear], y[zero : zero + linear], y[last_rows:]]
+                return bound if bound - off > RESIDUAL else min(value, bound), x[:width], own
     return None
