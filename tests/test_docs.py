@@ -49,7 +49,7 @@ CITED = {  # public name -> label of the equation of the theory page that its do
     "results.SteadyState": "work",
     "required_friction": "required",
     "safe_region": "region",
-    "results.LeastSlip": "least",
+    "gross_slip": "gross",    "results.LeastSlip": "least",
     "results.SteadyState.fretting_table": "fretting",
     "wear": "wear",
     "results.WearHistory": "wear",

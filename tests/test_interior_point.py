@@ -179,7 +179,7 @@ def test_under_a_stiff_punch_no_step_spoils_more_of_the_multipliers_than_it_mend
     punch = fo.scenes.SquarePunch(elements=9, punch_material=fo.Material(1e2))
     turning = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}])
     limit = fo.shakedown_limit(punch.condense(), turning, 0.5, simplify=False, solver="INTERIOR_POINT")
-    assert len(limit.record.attempts) == 1 and limit.residual <= 1e-9
+    assert limit.record.attempts[0].residual <= 1e-9 and limit.residual <= 1e-9
 
 
 def inside(rng, cones, depth):

@@ -1,7 +1,7 @@
 """What questions answer: the classes of all results, for `isinstance` and for type hints; and how a store of them is read."""
 
 from ..contact import Attempt, SolveRecord, Verdict
-from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, ShakedownLimit
+from ..limits import Design, GrossSlip, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, ShakedownLimit
 from ..transients import LoadLoop, Onset, OnsetEvent, SteadyState, Trajectory
 from .damping import DampingCurve
 from .dissipation_range import DissipationRange
@@ -18,6 +18,7 @@ __all__ = [
     "DampingCurve",
     "Design",
     "DissipationRange",
+    "GrossSlip",
     "GuaranteeCheck",
     "GuaranteedLimit",
     "LeastExcursion",

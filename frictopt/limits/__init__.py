@@ -1,8 +1,10 @@
-"""Limits of a load cycle as linear and cone programs: shakedown, safe residual slip, guaranteed limit, required friction, region, design."""
+"""Limits of a load cycle as linear and cone programs: shakedown, safe residual slip, guaranteed limit, required friction, region, design, gross slip."""
 
 from ..contact import LimitKind
 from .design import DesignModel
 from .design_result import Design
+from .gross_slip import gross_slip
+from .gross_slip_result import GrossSlip
 from .guaranteed import GuaranteedModel, guaranteed_limit
 from .guaranteed_result import GuaranteedLimit
 from .least_slip import LeastSlip

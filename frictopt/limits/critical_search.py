@@ -68,12 +68,12 @@ class NodeClaim:
 
 
 class CriticalSearch:
-    """The problems of all nodes over the safe slips of one question, compiled once for each sense.
+    """The problems of all nodes over the safe slips of a question, compiled once for each sense and for any friction.
 
     Parameters
     ----------
-    model, task, own
-        The model that asks, its question, and the user's own constraints.
+    x, task, own, solver
+        The unknowns of the model that asks, its question, the user's own constraints, and the solver to use alone.
 
     Attributes
     ----------
@@ -87,6 +87,10 @@ class CriticalSearch:
         self._node, self._loose, self._f = (cp.Parameter(n, nonneg=True, name=name) for name in ("node", "loose", "f"))
         self._at_zero, self._rate, self._most = cp.Parameter(axes, name="at_zero"), cp.Parameter(axes, name="rate"), cp.Parameter(name="most")
         self._programs: dict[bool, Program] = {}
+
+    def ask(self, task: Question) -> None:
+        """Set the question, of another friction."""
+        self._task, self.records = task, list[SolveRecord]()
 
     def solve(self, state: CriticalState, ends: tuple[float, float], found: float) -> NodeClaim:
         """The claim of one node that passes its checks, of a contact that is safe between two load factors; or that it is not below the one `found`.
@@ -125,7 +129,7 @@ class CriticalSearch:
 
         def never() -> NodeClaim | None:
             none = program.chain.contradiction(self._solver)
-            return None if none is None else NodeClaim(state, np.inf, np.full(program.task.slip_shape, np.nan), none.residual, how=NEVER)
+            return None if none is None else NodeClaim(state, np.inf, np.full(program.task.system.slip_shape, np.nan), none.residual, how=NEVER)
 
         claim, record = program.chain.solve(lambda: _claimed(program, state, found), self._solver, no_optimum=never)
         self.records.append(record)
@@ -133,7 +137,7 @@ class CriticalSearch:
 
     def _program(self, highest: bool) -> Program:
         if highest not in self._programs:
-            task, x = self._task, self._x
+            task, x = self._task, replace(self._x)  # each listing has gaps of its own
 
             def friction(corners: list[int]) -> list[Row]:
                 return stuck(x, self._f, corners, task.little, None if task.fixed else self._loose)
@@ -142,6 +146,7 @@ class CriticalSearch:
             program.own, rows = self._own, program.rows + ([(x.load_factor <= self._most).set_label("at_most")] if highest else [])
             problem = critical(x, self._node, self._at_zero, self._rate, cp.Maximize if highest else cp.Minimize, rows)
             self._programs[highest] = program.compiled(problem, task.load_unit)
+        self._programs[highest].ask(self._task, self._task.load_unit)
         return self._programs[highest]
 
 

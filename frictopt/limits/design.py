@@ -149,7 +149,7 @@ class DesignModel(SafeModel):
         listed_all = list[Program]()
         for asked, shares in ((task, {}), *self._others):
             first, of = not listed_all, f"_{len(listed_all)}"
-            x = self._x if first else unknowns(asked.slip_shape, range(len(asked.r1)), self._x.load_factor, of)
+            x = self._x if first else unknowns(asked.system.slip_shape, range(len(asked.r1)), self._x.load_factor, of)
             f = self._f if first else cp.Parameter(asked.system.nodes, nonneg=True, name=f"f{of}")
             more, rows = self._more(shares)
             program = listed_rows(asked, x, f, every=True, more=more)

@@ -23,7 +23,7 @@ from .shakedown_result import ShakedownLimit
 
 
 class GuaranteedModel(SafeModel):
-    """The guaranteed limit of one system under one load cycle, for any friction. Theory, eq. (10).
+    """The guaranteed limit of one system under one load cycle, compiled once and solved for any friction. Theory, eq. (10).
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ class GuaranteedModel(SafeModel):
             raise SolverError(f"guaranteed limit: {shakedown.reason}")
         task = replace(task, open=shakedown.open)
         n, least_found = len(task.friction), shakedown.load_factor
-        states, search = critical_states(task), CriticalSearch(self._x, task, own_rows(own, self._unknowns), self._solver)
+        states, search = critical_states(task), self._search(task, own)
         both = np.array([bool(own_states) for own_states in states]) & ~task.open
         least, how = np.full(n, np.inf), np.where(both, LEFT_OUT, np.where(task.open, OPEN, ONE_CORNER)).astype(object)
         if not least_found > shakedown.least or task.uncoupled:
@@ -127,6 +127,15 @@ class GuaranteedModel(SafeModel):
         if best is not None:
             search.restore(best)
         return self._result(task, shakedown, best, least, how, search)
+
+    def _search(self, task: Question, own: Sequence[cp.Constraint]) -> CriticalSearch:
+        key = task.open.tobytes(), task.little, *map(id, own)
+        if key not in self._programs:
+            self._programs.clear()
+            self._programs[key] = CriticalSearch(self._x, task, own_rows(own, self._unknowns), self._solver)
+        search: CriticalSearch = self._programs[key]
+        search.ask(task)
+        return search
 
     def _result(
         self, task: Question, shakedown: ShakedownLimit, best: NodeClaim | None, least: Array, how: np.ndarray, search: CriticalSearch

@@ -12,12 +12,14 @@ and their gaps stay `w0 + load_factor w1_k + W slip >= 0`.
 nodes, in space (N, 2), and `|q|` is the length at each node. Nothing here is scaled, halved or eliminated: `frictopt.solve` does that below cvxpy.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, TypeAlias
 
 import cvxpy as cp
+
+from ..solve.problem import Problem
 
 Row: TypeAlias = cp.Constraint
 
@@ -151,3 +153,12 @@ def critical(x: Unknowns, node: cp.Parameter, at_zero: cp.Parameter, rate: cp.Pa
     change = [node @ part for part in ([x.q_r] if x.q_r.ndim == 1 else [x.q_r[:, 0], x.q_r[:, 1]])] + [node @ x.p_r]
     states = [(part == at_zero[k] + x.load_factor * rate[k]).set_label("critical") for k, part in enumerate(change)]
     return cp.Problem(sense(x.load_factor), [*rows, *states, (x.load_factor >= 0).set_label("load_factor")])
+
+
+def gross_slip(N: Any, load: Mapping[str, Any], f: cp.Parameter, shape: tuple[int, ...], sense: Any = cp.Maximize) -> cp.Problem:
+    """The largest (least) load factor at which any forces within friction balance a load, named r0 and r1, in the rigid motions N of the bodies."""
+    load_factor, q, p = cp.Variable(name="load_factor"), cp.Variable(shape, name="q"), cp.Variable(shape[0], name="p")
+    motions, (r0, r1) = named(N.T, "N.T"), (named(value, name) for name, value in load.items())
+    balance = motions @ called(cp.hstack([vec(q), p]), "[q, p]") == motions @ (r0 + times(load_factor, r1))
+    rows = [balance.set_label("balance"), (size(q) <= cp.multiply(f, p)).set_label("stuck"), (p >= 0).set_label("pressed")]
+    return Problem(sense(load_factor), [*rows, (load_factor >= 0).set_label("load_factor")])

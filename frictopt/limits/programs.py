@@ -43,7 +43,7 @@ def free_slips(task: Question) -> tuple[Array, Array]:
 def tractions(task: Question, rows: Sequence[Row] | None = None) -> Change:
     """Tractions as unknowns of a listing's rows: the slips that they make by the compliance, and slides that nothing resists."""
     free, give = free_slips(task)
-    rows = rest(task, unknowns(task.slip_shape, ()), ()) if rows is None else rows
+    rows = rest(task, unknowns(task.system.slip_shape, ()), ()) if rows is None else rows
     sizes = task.force / (task.system.own_stiffness[: len(free)] @ free**2)
     return by_inverse(rows[0], rows[1 : 3 if len(task.W) else 2], free, give, np.tile(task.shear_unit, task.system.tangents), sizes)
 
@@ -104,9 +104,11 @@ class Program:
         units |= {q: each for q in x.q.values()} | {p: task.node_unit for p in x.p.values()}
         return units | {gap: task.clearance for gap in x.gap.values()}
 
-    def ask(self, task: Question) -> None:
-        """Set friction and the units that follow from it."""
-        self.task, self.f.value = task, task.friction
+    def ask(self, task: Question, unit: float) -> None:
+        """Set friction, the units that follow from it, and the `unit` of the objective."""
+        if (task.shear_unit != self.task.shear_unit).any():
+            self.chain.changes = [tractions(task, self.rows)]
+        self.task, self.f.value, self.chain.unit = task, task.friction, unit
         self.chain.units |= self.units
 
     @property

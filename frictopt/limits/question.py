@@ -126,11 +126,6 @@ class Question:
         return at_zero, cyclic
 
     @property
-    def slip_shape(self) -> tuple[int, ...]:
-        """(N,) in the plane, (N, 2) in space."""
-        return self.system.slip_shape
-
-    @property
     def A(self) -> Array:
         """(t N, t N) shear forces by slip."""
         return self.S[: -self.system.nodes, : -self.system.nodes]

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial, wraps
+from inspect import Signature, signature
 from threading import RLock
 from typing import Any, Self, TypeVar, cast
 
@@ -41,6 +42,7 @@ class SafeModel:
 
     _given = False  # whether the load factor is
     _made: Any
+    __signature__: Signature
     load_factor: Any
     """The load factor, a cvxpy variable for constraints of your own."""
     slip: cp.Variable
@@ -63,10 +65,13 @@ class SafeModel:
         self.load_factor, self.slip = self._x.load_factor, self._x.slip
         q, p = list(self._x.q.values()), list(self._x.p.values())
         self.q, self.p = called(cp.vstack(q) if system.tangents == 1 else cp.stack(q, axis=0), "q"), called(cp.vstack(p), "p")
-        self._programs: dict[object, Program] = {}
+        self._programs: dict[object, Any] = {}
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(map(repr, self._posed.args))})"
+
+    def __init_subclass__(cls) -> None:
+        cls.__signature__ = (asked := signature(cls.__init__)).replace(parameters=[*asked.parameters.values()][1:])  # else it is that of __new__
 
     def __new__(cls, *args: Any, **options: Any) -> Self:
         """Keep what it is made of, for its copies."""
@@ -95,29 +100,28 @@ class SafeModel:
         key = name, task.open.tobytes(), task.little, objective is None, *map(id, own), id(objective)
         if key not in self._programs:
             more = bool(own) or objective is not None
-            program = listed_rows(task, self._x, self._f, every=more, **listing)
-            program.own, program.asked = own_rows(own, self._unknowns), (own, objective)
+            listed = listed_rows(task, self._x, self._f, every=more, **listing)
+            listed.own, listed.asked = own_rows(own, self._unknowns), (own, objective)
             if more and task.give is not None:
-                program.rows += self._rested(task)
-            problem = goal(program)
+                listed.rows += self._rested(task)
+            problem = goal(listed)
             if objective is not None:
                 problem = cp.Problem(cp.Maximize(checked_objective(objective, self._unknowns)), problem.constraints)
             self._programs.clear()  # one at a time: each has dense matrices
-            self._programs[key] = program.compiled(problem, unit)
-        program = self._programs[key]
+            self._programs[key] = listed.compiled(problem, unit)
+        program: Program = self._programs[key]
         for place, part in [(place, row) for place, group in program.own.items() for row in group] + [("objective", objective)] * (
             objective is not None
         ):
             check_values(place, part)  # which may be others than when it was compiled
-        program.ask(task)
-        program.chain.unit = unit
+        program.ask(task, unit)
         return program
 
     def _rested(self, task: Question) -> list[Row]:
         """Rows by which the slip of open nodes is the one under the mean load, for the user's own rows."""
         t = task.system.tangents * task.system.nodes
         out = np.tile(task.open, task.system.tangents)
-        still = task.rested(np.zeros(task.slip_shape)).T.ravel()[out]
+        still = task.rested(np.zeros(task.system.slip_shape)).T.ravel()[out]
         moved, chosen = cp.Variable(len(still), name="v_r"), named(np.eye(t)[out], "open")
         return [moved == named(task.follow, "V") @ vec(self.slip), chosen @ vec(self.slip) == named(still, "v0") + moved]
 

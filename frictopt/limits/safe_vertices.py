@@ -34,7 +34,7 @@ class AdmissibleSlips:
     def __init__(self, task: Question) -> None:
         self._task, n = task, task.system.tangents * task.system.nodes
         given = cp.Parameter(nonneg=True, name="load_factor", value=0.0)
-        self._x, self._direction = unknowns(task.slip_shape, range(len(task.r1)), given), cp.Parameter(n, name="direction", value=np.zeros(n))
+        self._x, self._direction = unknowns(task.system.slip_shape, range(len(task.r1)), given), cp.Parameter(n, name="direction", value=np.zeros(n))
         program = listed_rows(task, self._x, cp.Parameter(task.system.nodes, nonneg=True, name="f"))
         self._program = program.compiled(furthest(self._x, self._direction, program.rows), task.force)
         self.problem = self._program.problem

@@ -130,7 +130,7 @@ class ShakedownModel(SafeModel):
         limit = answered(claim, record, program)
         if limit.kind is LimitKind.NO_SAFE_SLIP or objective is not None:
             return limit
-        slips = [] if own else [np.zeros(task.slip_shape)] + [limit.slip] * (limit.kind is LimitKind.FINITE)
+        slips = [] if own else [np.zeros(task.system.slip_shape)] + [limit.slip] * (limit.kind is LimitKind.FINITE)
         if any(task.violation(0.0, slip) <= RESIDUAL for slip in slips):
             return replace(limit, least=0.0)
         return self._with_least(limit, program)
@@ -259,7 +259,7 @@ def without_limit(program: Program, chosen: bool, solver: str | None) -> Shakedo
         An objective without a largest value.
     """
     task, names = program.task, (*program.own, "objective") if chosen else tuple(program.own)
-    unsafe = np.full(task.slip_shape, np.nan)
+    unsafe = np.full(task.system.slip_shape, np.nan)
     bare = replace(program, own={}).compiled(shakedown(program.x, program.rows), task.load_unit) if names else None
     more = program.chain.growth(solver)
     if none := (bare and bare.chain.contradiction(solver)) or program.chain.contradiction(solver, more):  # no row is to blame if none is safe without

@@ -150,7 +150,10 @@ class ShakedownLimit(Rated):
 
     @cached_property
     def mechanism(self) -> pd.DataFrame:
-        """Which nodes limit the load: columns node, x, corner, its loads, direction (+1 slips along +x), share of the total slip; largest first."""
+        """Which nodes limit the load: columns node, x, corner, its loads, direction (+1 slips along +x), share of the total slip; largest first.
+
+        Where several mechanisms prove the limit, as on both sides of a symmetric contact, it is one of them.
+        """
         return self._motion.table(self.system, self.cycle.corner_names)
 
     @cached_property

@@ -66,6 +66,8 @@ def independent(equations: Arrays) -> Integers:
 def shut_cones(program: Arrays) -> tuple[Integers, Integers, Integers]:
     """The cones whose first slack is zero whatever the unknowns: first rows (n,), the others (n, d), which are equations; and all rows but these."""
     count, width = len(program.right), program.block.shape[1]
+    if program.sizes.max(initial=1) == 1:
+        return np.zeros(0, dtype=int), np.zeros((0, 1), dtype=int), np.arange(count)
     sizes = np.r_[np.ones(width), np.abs(program.block).max(axis=1, initial=0.0)]
     every = np.abs(program.sparse) @ sizes + np.abs(program.right)
     found = [cone[every[cone[:, 0]] <= ROUNDING * every[cone[:, 1:]].max(axis=1)] for cone in program.cones if cone.shape[1] > 1]
@@ -77,6 +79,7 @@ def shut_cones(program: Arrays) -> tuple[Integers, Integers, Integers]:
 
 def largest_of(matrix: csr_array, right: Array) -> Array:
     """The largest entry of each row, or its right side where it has none."""
-    entries, size = np.abs(matrix).tocoo(), np.zeros(len(right))
-    np.maximum.at(size, entries.row, entries.data)
+    size, filled = np.zeros(len(right)), np.flatnonzero(np.diff(matrix.indptr))
+    if len(filled):
+        size[filled] = np.maximum.reduceat(np.abs(matrix.data), matrix.indptr[filled])
     return np.where(size > 0, size, np.where(right != 0, np.abs(right), 1.0))

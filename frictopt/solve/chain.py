@@ -47,8 +47,8 @@ class Chain:
 
     Attributes
     ----------
-    units, unit
-        The units, which may be set anew for each solution.
+    units, changes, unit
+        As given; they may be set anew for each solution.
     proof
         What the multipliers prove that stand in the problem.
     violation
@@ -61,7 +61,7 @@ class Chain:
     def __init__(
         self, problem: cp.Problem, units: Mapping[cp.Variable, Any], changes: Sequence[Change] = (), simplify: bool = True, unit: float = 1.0
     ) -> None:
-        self.problem, self.units, self._changes, self._simplify, self.unit = problem, dict(units), changes, simplify, unit
+        self.problem, self.units, self.changes, self._simplify, self.unit = problem, dict(units), changes, simplify, unit
         self._compiled = Compiled(problem)
         self._reduced: Reduced | None = None
 
@@ -69,7 +69,7 @@ class Chain:
     def reduced(self) -> Reduced:
         """The reduced program with the parameters of the last `solve`."""
         if self._reduced is None:
-            self._reduced = Reduced(self._compiled, self.units, self._changes, self._simplify)
+            self._reduced = Reduced(self._compiled, self.units, self.changes, self._simplify)
         return self._reduced
 
     def solve(
@@ -87,13 +87,17 @@ class Chain:
         self._reduced = None
         program = self.reduced.arrays
         kind = LP if program.sizes.max(initial=1) == 1 else LARGE_SOCP if len(program.cost) >= _LARGE else SOCP
-        for name in solver_order(solver, kind):
+        sparse = kind == LARGE_SOCP and not len(program.block)  # of few entries: Clarabel factors it faster, and the polish takes far longer
+        names = solver_order(solver, SOCP if sparse else kind)
+        for name, polished in [*((name, False) for name in names if sparse), *((name, True) for name in names)]:
             outcome, x, y = run(program, name, above / self.unit)
             claim = None
             if outcome == OPTIMAL:
                 agreed, claim = False, self._claim(x, program.admissible(y), judged)
                 attempts.append(Attempt(name, outcome, claim.residual))
-                if not claim.residual <= (ROUNDING if kind == SOCP else tolerance):  # digits that interior points leave cost little in small programs
+                if polished and not claim.residual <= (
+                    ROUNDING if kind == SOCP else tolerance
+                ):  # digits that interior points leave cost little in small programs
                     refined = self._claim(*polish(program, x, y), judged)
                     attempts.append(Attempt(name, f"refined on the {'vertex' if kind == LP else 'active cones'}", refined.residual))
                     claim = self._claim(x, program.admissible(y), judged) if claim.residual < refined.residual else refined
@@ -131,7 +135,7 @@ class Chain:
         found = _least_excess(program, program.right, None, solver)
         if found is None or not found[0] > RESIDUAL:
             return None
-        multipliers = reduced.multipliers(found[2], np.zeros(len(compiled.cost)))
+        multipliers = reduced.multipliers(found[2], np.zeros(len(compiled.cost)), reduced.z_unit)
         balance = compiled.matrix.T @ multipliers
         lack, off = -float(compiled.right @ multipliers), float(np.abs(balance) @ reduced.z_unit)
         if not lack > 0 or off / lack / _FAR > RESIDUAL:
@@ -188,11 +192,12 @@ def _least_excess(program: Arrays, right: Array, cost: Array | None, solver: str
         status, x, y = run(arrays, name, -np.inf)
         if status != OPTIMAL:
             continue
-        x, y = polish(arrays, x, y)
-        value, bound = float(x[width]), -float(arrays.right @ y)
-        off = float(np.abs(arrays.matrix.T @ y + arrays.cost) @ np.maximum(np.abs(x), 1.0))
-        if abs(value - bound) + off <= RESIDUAL or bound - off > RESIDUAL:
-            last_rows = 2 * zero + linear + len(sides)
-            own = np.r_[y[:zero] - y[zero + linear : 2 * zero + linear], y[zero : zero + linear], y[last_rows:]]
-            return bound if bound - off > RESIDUAL else min(value, bound), x[:width], own
+        for polished in (False, True) if kind == LARGE_SOCP else (True,):  # which takes long in large programs
+            x, y = polish(arrays, x, y) if polished else (x, arrays.admissible(y))
+            value, bound = float(x[width]), -float(arrays.right @ y)
+            off = float(np.abs(arrays.matrix.T @ y + arrays.cost) @ np.maximum(np.abs(x), 1.0))
+            if abs(value - bound) + off <= RESIDUAL or bound - off > RESIDUAL:
+                last_rows = 2 * zero + linear + len(sides)
+                own = np.r_[y[:zero] - y[zero + linear : 2 * zero + linear], y[zero : zero + linear], y[last_rows:]]
+                return bound if bound - off > RESIDUAL else min(value, bound), x[:width], own
     return None

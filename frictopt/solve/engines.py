@@ -55,16 +55,13 @@ def run(program: Arrays, solver: str, above: float) -> tuple[str, Array, Array]:
 
 
 def _by_highs(program: Arrays, solver: str, above: float) -> tuple[str, Array, Array]:
-    engine, model, rows = highspy.Highs(), highspy.HighsLp(), csr_array(program.matrix)
+    engine, rows = highspy.Highs(), program.matrix
     for name, value in {**_HIGHS, **_METHODS[solver]}.items():
         engine.setOptionValue(name, value)
-    n = rows.shape[1]
-    model.num_col_, model.num_row_, model.col_cost_ = n, rows.shape[0], program.cost
-    model.col_lower_, model.col_upper_ = np.full(n, -highspy.kHighsInf), np.full(n, highspy.kHighsInf)
-    model.row_lower_ = np.r_[program.right[: program.zero], np.full(rows.shape[0] - program.zero, -highspy.kHighsInf)]
-    model.row_upper_, matrix = program.right, model.a_matrix_
-    matrix.format_, matrix.start_, matrix.index_, matrix.value_ = highspy.MatrixFormat.kRowwise, rows.indptr, rows.indices, rows.data
-    engine.passModel(model)
+    (m, n), by_row = rows.shape, int(highspy.MatrixFormat.kRowwise)
+    least, free = np.r_[program.right[: program.zero], np.full(m - program.zero, -np.inf)], np.full(n, np.inf)
+    columns, sides, kinds = (program.cost, -free, free), (least, program.right), np.zeros(n, dtype=np.int32)
+    engine.passModel(n, m, rows.nnz, by_row, int(highspy.ObjSense.kMinimize), 0.0, *columns, *sides, rows.indptr, rows.indices, rows.data, kinds)
     engine.run()
     status, found = engine.getModelStatus(), engine.getSolution()
     return _SAID.get(status, engine.modelStatusToString(status)), np.array(found.col_value), -np.array(found.row_dual)

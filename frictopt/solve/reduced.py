@@ -7,7 +7,7 @@ from typing import Any
 
 import cvxpy as cp
 import numpy as np
-from scipy.sparse import csr_array, diags_array, vstack
+from scipy.sparse import csr_array, vstack
 
 from ..contact import NO_COUPLING, Array, Integers
 from .arrays import Arrays, independent, largest_of, shut_cones
@@ -128,6 +128,8 @@ class Reduced:
         felt = np.abs(change.product[np.flatnonzero(direct[square.defined])]).sum(axis=0) + np.abs(change.matrix[direct[square.of]]).sum(axis=0)
         felt = felt + sum(np.abs(_moved(block, np.flatnonzero(used[block.defined]), change, square)).sum(axis=0) for block in dense)
         keep = np.flatnonzero(np.ravel(felt))
+        if len(keep) == len(felt):
+            return change, square
         blocks, loaded = {row: matrix[:, keep] for row, matrix in change.blocks.items()}, change.loaded[keep[keep < change.values]]
         matrix, product = change.matrix[:, keep], csr_array(change.product[:, keep])
         return replace(change, matrix=matrix, product=product, blocks=blocks, unit=change.unit[keep], loaded=loaded), square
@@ -140,7 +142,8 @@ class Reduced:
         self._names, self._named, self.left_out = program.names[keep], program.named, int((~keep).sum())
         sizes = np.r_[np.ones(int(keep[:linear].sum()), dtype=int), program.sizes[program.sizes > 1]]
         sparse, equations, right = csr_array(program.matrix[keep] @ of_x), csr_array(program.equations @ of_x), program.right[keep]
-        block_unit = self.unit[of_x[:, width:].tocsc().indices] if len(self.block) else np.zeros(0)
+        block_unit, inner = np.zeros(len(self.block)), of_x.indices >= width
+        block_unit[of_x.indices[inner] - width] = self.unit[np.repeat(np.arange(of_x.shape[0]), np.diff(of_x.indptr))[inner]]
         own = [change.unit for change, _ in self._changes]
         unit = self._derived(np.concatenate([*own, self.unit[self.kept], block_unit]), csr_array(np.abs(sparse)), np.abs(right))
         self.x_unit, block_unit = unit[:width].copy(), unit[width:]
@@ -148,24 +151,29 @@ class Reduced:
         largest = np.abs(block[:, :m]).max(axis=0, initial=1.0)
         self.x_unit[:m] /= largest
         block[:, :m] /= largest
-        units = diags_array(np.r_[self.x_unit, block_unit])
+        units = np.r_[self.x_unit, block_unit]
         block[np.abs(block).max(axis=1, initial=0.0) <= NO_COUPLING] = 0.0
-        sparse, equations, sides = csr_array(sparse @ units), csr_array(equations @ units), program.sides
+        sides = program.sides
+        for matrix in (sparse, equations):
+            matrix.data *= units[matrix.indices]
         heads, tails, left = shut_cones(Arrays(sparse, block, right, np.zeros(width), 0, sizes))
         self._apexes = self._names[heads], self._names[tails]
-        equations, sides = csr_array(vstack([equations, sparse[tails.ravel()]])), np.r_[sides, right[tails.ravel()]]
-        self._named, self._names = np.r_[self._named, self._names[tails.ravel()]], self._names[left]
-        sizes, sparse, right = sizes[np.isin(np.cumsum(sizes) - sizes, left)], csr_array(sparse[left]), right[left]
+        if len(heads):
+            equations, sides = csr_array(vstack([equations, sparse[tails.ravel()]])), np.r_[sides, right[tails.ravel()]]
+            self._named, self._names = np.r_[self._named, self._names[tails.ravel()]], self._names[left]
+            sizes, sparse, right = sizes[np.isin(np.cumsum(sizes) - sizes, left)], csr_array(sparse[left]), right[left]
         row_unit = largest_of(sparse, right)
         if len(sizes):
             row_unit = np.repeat(np.maximum.reduceat(row_unit, np.cumsum(sizes) - sizes), sizes)
         equation_unit = largest_of(equations, sides)
-        equations, sides = csr_array(diags_array(1 / equation_unit) @ equations), sides / equation_unit
+        for matrix, unit in ((equations, equation_unit), (sparse, row_unit)):
+            matrix.data *= np.repeat(1 / unit, np.diff(matrix.indptr))
+        sides = sides / equation_unit
         chosen = independent(Arrays(equations, block, sides, np.zeros(width), len(sides), sizes[:0]))
         self._named, cost = self._named[chosen], np.asarray(of_x.T @ program.cost)
         cost = cost[:width] + cost[width:] @ self.block
         self.row_unit = np.r_[equation_unit[chosen], row_unit]
-        rows = csr_array(vstack([equations[chosen], diags_array(1 / row_unit) @ sparse]))
+        rows = csr_array(vstack([equations[chosen], sparse]))
         self.arrays = Arrays(rows, block, np.r_[sides[chosen], right / row_unit], cost * self.x_unit, len(chosen), sizes)
         self.z_unit = self.unit.copy()
         self.z_unit[self.kept] = self.x_unit[m:]
@@ -198,10 +206,10 @@ class Reduced:
                 z[block.defined] = block.matrix @ z[block.of]
         for step in reversed(self._steps):
             step.value(z)
-        return z, self.multipliers(y, compiled.cost)
+        return z, self.multipliers(y, compiled.cost, np.maximum(np.abs(z), self.z_unit))
 
-    def multipliers(self, y: Array, cost: Array) -> Array:
-        """The multipliers of the compiled program with a cost, its own or none."""
+    def multipliers(self, y: Array, cost: Array, sizes: Array) -> Array:
+        """The multipliers of the compiled program with a cost, its own or none; `sizes` weigh by how much they do not balance."""
         compiled, y, multipliers = self.compiled, y / self.row_unit, np.zeros(len(self.compiled.right))
         multipliers[self._named], multipliers[self._names] = y[: self.arrays.zero], y[self.arrays.zero :]
         heads, tails = self._apexes
@@ -211,11 +219,12 @@ class Reduced:
         off = compiled.matrix.T @ multipliers + cost
         for block in compiled.blocks:
             multipliers[block.rows] = -block.sign * off[block.defined]
-        off = compiled.matrix.T @ compiled.whole(multipliers) + cost
+        off, mended = compiled.matrix.T @ compiled.whole(multipliers) + cost, multipliers.copy()
         for change, square in self._changes:  # the rounding of the inverse, which soft unknowns make large
             at, count = np.arange(square.rows.start, square.rows.stop)[change.loaded], change.values
-            multipliers[at] += square.sign * (off[square.of] @ change.matrix[:, :count]) / change.product[change.loaded][:, :count].diagonal()
-        return compiled.whole(multipliers)
+            mended[at] += square.sign * (off[square.of] @ change.matrix[:, :count]) / change.product[change.loaded][:, :count].diagonal()
+        left = compiled.matrix.T @ compiled.whole(mended) + cost
+        return mended if np.abs(left) @ sizes < np.abs(off) @ sizes else multipliers
 
 
 def _moved(block: Block, which: Integers, change: Change, square: Block) -> Array:

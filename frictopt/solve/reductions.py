@@ -5,10 +5,9 @@ stand for. None knows what a program is about.
 """
 
 import numpy as np
-import pandas as pd
-from scipy.sparse import csc_array, csr_array, diags_array
+from scipy.sparse import csr_array
 
-from ..contact import Array, Integers
+from ..contact import Array, Booleans, Integers
 from .compiled import Compiled
 
 
@@ -34,9 +33,14 @@ class Rows:
 
     def without(self, unknowns: Integers, pivots: Array, rows: csr_array, sides: Array) -> None:
         """Put in `unknowns = (sides - the rest of rows @ z) / pivots`."""
-        by = diags_array(1 / pivots)
-        share, cost = csr_array(csc_array(self.matrix)[:, unknowns] @ by), self.cost[unknowns] / pivots
-        self.matrix, self.right = _clean(self.matrix - share @ rows, unknowns), self.right - share @ sides
+        place = np.full(len(self.cost), -1)
+        place[unknowns] = np.arange(len(unknowns))
+        theirs, gone = entries_of(self.matrix, place[self.matrix.indices] >= 0), np.isin(np.arange(len(place)), unknowns)
+        at, cost = place[theirs.indices], self.cost[unknowns] / pivots
+        share = csr_array((theirs.data * (1 / pivots)[at], at, theirs.indptr), shape=(len(self.right), len(unknowns)))
+        matrix = csr_array(self.matrix - share @ rows)
+        self.matrix, self.right = entries_of(matrix, (matrix.data != 0) & ~gone[matrix.indices]), self.right - share @ sides
+        self.matrix.sort_indices()
         self.constant += float(cost @ sides)
         self.cost = self.cost - rows.T @ cost
         self.cost[unknowns] = 0.0
@@ -71,24 +75,24 @@ class Defined:
 
 def own_unknowns(program: Rows) -> Defined | None:
     """Leave out unknowns `t <= b - a @ z` that one row bounds and that only help in all others: those of abs and norm, one a row."""
-    linear, heads = np.arange(program.right.size) < (program.sizes == 1).sum(), np.zeros(program.right.size, dtype=bool)
-    heads[program.heads] = True
-    matrix = csc_array(program.matrix)
+    n, width, entries = len(program.right), len(program.cost), program.matrix.tocoo()
+    head, linear = np.zeros(n, dtype=bool), entries.row < (program.sizes == 1).sum()
+    head[program.heads] = True
 
-    def count(rows: Array, sign: int) -> Array:
-        return np.asarray(((sign * matrix[rows]) > 0).sum(axis=0)).ravel()
+    def count(which: Array) -> Array:
+        return np.bincount(entries.col[which], minlength=width).astype(float)
 
-    elsewhere = np.asarray((matrix[~heads] != 0).sum(axis=0)).ravel() + np.asarray((program.equations != 0).sum(axis=0)).ravel()
-    only = (program.cost == 0) & (count(heads, 1) == 1) & (count(linear, 1) == 1) & (elsewhere == 0) & (count(heads, -1) > 0)
+    up, in_head = entries.data > 0, head[entries.row]
+    elsewhere = count(~in_head) + np.bincount(program.equations.indices, minlength=width)
+    only = (program.cost == 0) & (count(in_head & up) == 1) & (count(linear & up) == 1) & (elsewhere == 0) & (count(in_head & ~up) > 0)
     only[program.taken] = False
-    unknowns = np.flatnonzero(only)
-    if not len(unknowns):
+    if not only.any():
         return None
-    entries = matrix[:, unknowns].tocoo()
-    up = entries.data > 0
-    row, first = np.unique(entries.row[up], return_index=True)
-    unknowns = unknowns[entries.col[up][first]]
-    alone = np.asarray((program.matrix[row][:, unknowns] != 0).sum(axis=1)).ravel() == 1
+    bounds = up & only[entries.col]
+    row, first = np.unique(entries.row[bounds], return_index=True)
+    unknowns, chosen = entries.col[bounds][first], np.zeros(width, dtype=bool)
+    chosen[unknowns] = True
+    alone = np.bincount(entries.row[chosen[entries.col]], minlength=n)[row] == 1
     row, unknowns = row[alone], unknowns[alone]
     defined = Defined(unknowns, csr_array(program.matrix[row]), program.right[row], program.names[row])
     defined.put_in(program)
@@ -125,24 +129,18 @@ def dominated(program: Rows) -> Integers:
     if not len(signed):
         return np.zeros(0, dtype=int)
     unknown = int(matrix.indices[matrix.indptr[signed[0]]])
-    coefficient = matrix[:, [unknown]].toarray().ravel()
-    others = _clean(matrix, np.array([unknown]))
-    ways = np.random.default_rng(0).normal(size=(matrix.shape[1], 2))
-    mark = others @ ways  # equal rows have equal marks, and others never, but for chance
+    entries, coefficient = matrix.tocoo(), np.zeros(n)
+    its, ways = entries.col == unknown, np.random.default_rng(0).normal(size=(matrix.shape[1], 2))
+    coefficient[entries.row[its]], ways[unknown] = entries.data[its], 0.0
+    mark = matrix @ ways  # equal rows have equal marks, and others never, but for chance
     order = np.lexsort([right, -coefficient, mark[:, 1], mark[:, 0]])
     new = np.r_[True, (np.diff(mark[order], axis=0) != 0).any(axis=1)]
-    group = np.cumsum(new)
-    least = pd.Series(right[order]).groupby(group).cummin().to_numpy()
-    before = np.r_[np.inf, least[:-1]]
-    stronger = new | (right[order] < before)
+    rank, after = np.unique(right[order], return_inverse=True)[1], (n + 1) * np.cumsum(new)
+    least = np.minimum.accumulate(rank - after) + after  # of each group: those of the next are less than all before
+    stronger = new | (rank < np.r_[n, least[:-1]])
     return np.setdiff1d(order[~stronger], signed)  # the row that says the sign is needed for all others
 
 
-def _clean(matrix: csr_array, unknowns: Integers) -> csr_array:
-    """A matrix without the entries of unknowns that have been put in."""
-    kept = np.ones(matrix.shape[1])
-    kept[unknowns] = 0.0
-    matrix = csr_array(csr_array(matrix) @ diags_array(kept))
-    matrix.eliminate_zeros()
-    matrix.sort_indices()
-    return matrix
+def entries_of(matrix: csr_array, chosen: Booleans) -> csr_array:
+    """A matrix of chosen ones of its entries alone."""
+    return csr_array((matrix.data[chosen], matrix.indices[chosen], np.r_[0, np.cumsum(chosen)][matrix.indptr]), shape=matrix.shape)

@@ -1,0 +1,215 @@
+"""The sliding-off load: the load factor above which no contact forces within friction balance the loads on what the contact alone holds.
+
+Each corner of a load cycle is a program of its own. Its unknowns are contact forces, its equations the balance in the rigid motions of the bodies.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import cvxpy as cp
+import numpy as np
+
+from ..contact import (
+    CONDENSATION,
+    RESIDUAL,
+    ZERO_LOAD_FACTOR,
+    Array,
+    Booleans,
+    ContactSystem,
+    LoadCycle,
+    SolveRecord,
+    frozen,
+    listed,
+    reactions,
+    shown,
+    warns_of_odd_values,
+)
+from ..errors import ModelError
+from ..solve.chain import Chain
+from ..transients.sliding import rigid_motions
+from . import models
+from .gross_slip_result import GrossSlip, motion_table, moves_told
+from .programs import outer_corners
+from .question import Question, pose
+
+
+@warns_of_odd_values
+def gross_slip(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts: Iterable[str] | None = None) -> GrossSlip:
+    """The load factor above which no state of rest exists, from no start, whatever slips and opens: bodies slide off, turn over or lift off.
+
+    By statics: on all that the contact alone holds, forces within friction, `|q| <= f p`, have to balance the loads at each corner. Stiffness, gaps
+    and residual slips do not matter, so that the answer settles with the mesh. It is inf where supports hold the bodies; of a body that they guide
+    along its face, ask `shakedown_limit`. A contact may slip for ever far below it, and wedged bodies may slide off below it too, for Coulomb's law
+    does not choose forces as statics does. Theory, eq. (33).
+
+    Parameters
+    ----------
+    system, cycle
+        The contact and its load cycle.
+    friction
+        Coefficient of friction, one or one per node.
+    contacts
+        Names of the contacts, of `system.contact`, in which friction counts; pressure counts in all. `["flange"]` gives the slip load of this joint,
+        friction times the clamping force, without the heads of its bolts. None: all.
+
+    Raises
+    ------
+    ModelError
+        Bad input; contacts that the system does not have.
+    SolverError
+        No solver gave an answer that passes the checks.
+
+    Examples
+    --------
+    A block of weight P = 4 on a plane is pushed by Q:
+
+    >>> import frictopt as fo
+    >>> block = fo.ContactSystem.from_blocks([[0.0]], [[0.0]], [[0.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([-1.0], [0.0])})
+    >>> slide = fo.gross_slip(block, fo.LoadCycle({"P": 4.0}, [{"Q": 1.0}, {"Q": -0.5}]), friction=0.5)
+    >>> round(slide.load_factor, 9)
+    2.0
+    >>> print(slide.problem)
+    maximize load_factor
+    subject to balance: N.T @ [q, p] == N.T @ (r0 + load_factor * r1[0])
+               stuck: abs(q) <= f * p
+               pressed: 0.0 <= p
+               load_factor: 0.0 <= load_factor
+    """
+    task, only = pose(system, cycle, friction), ""
+    if contacts is not None:
+        names, among = _checked(system, contacts)
+        task, only = replace(task, friction=frozen(task.friction * among)), f"with friction at {', '.join(names)} alone, "
+    N = rigid_motions(system.S)
+    r0, r1 = reactions(system, cycle.unscaled), reactions(system, cycle.corners)  # without gaps, which do no work in rigid motions
+    corners = [_Corner(task, N, k, r0[k if len(r0) > 1 else 0], r1[k]) for k in outer_corners(cycle)] if N.size else []
+    held = _Answer(-1, np.inf, np.inf, np.zeros(len(N)), SolveRecord("statics", residual=0.0), None)
+    answers = [corner.solve(cp.Maximize) for corner in corners] or [held]
+    load = [f"the load at the corner ({name})" for name in cycle.corner_names]
+    if none := next((answer for answer in answers if np.isnan(answer.value)), None):
+        unbalanced = f"{only}forces within friction cannot balance {load[none.corner]}: {_moves(task, none)}"
+        return _result(task, none, np.nan, f"no load factor has a state of rest, nor has 0: {unbalanced}", answers)
+    most = min(answer.value for answer in answers)
+    rules = next(answer for answer in answers if answer.value <= most * (1 + RESIDUAL))
+    lower = list[_Answer]()
+    for corner in corners:  # without fixed parts none is at 0 if the first one is
+        if not corner.rests and (task.fixed or not lower or lower[0].value > 0):
+            lower.append(corner.solve(cp.Minimize))
+    first = max(lower, key=lambda answer: answer.value, default=held)
+    least = first.value if lower else 0.0
+    if least > most * (1 + RESIDUAL):
+        why = f"no load factor has a state of rest: {only}{load[first.corner]} needs at least {least:.4g}, {load[rules.corner]} at most {most:.4g}"
+        return _result(task, replace(rules, value=np.nan, bound=np.nan), np.nan, why, [*answers, *lower])
+    if rules is held:
+        why = "supports hold the bodies: no motion of theirs is left to the contact alone"
+    elif most == np.inf:
+        why = f"{only}forces within friction balance the loads at all load factors{f' from {least:.4g} on' * (least > 0)}"
+    else:
+        unbalanced = f"{only}forces within friction cannot balance {load[rules.corner]}: {_moves(task, rules)}"
+        why = f"above it no state of rest exists, whatever slips and opens: {unbalanced}"
+    if least > 0:
+        why += f"; below {least:.4g} nothing balances {load[first.corner]}: {_moves(task, first)}"
+    return _result(task, rules, least, why, [*answers, *lower])
+
+
+@dataclass(frozen=True, eq=False)
+class _Answer:
+    """What a corner allows: a load factor, its bound, and the motion phi (M,) of size 1 that proves it."""
+
+    corner: int
+    value: float
+    bound: float
+    phi: Array
+    record: SolveRecord
+    problem: cp.Problem | None
+
+    @property
+    def residual(self) -> float:
+        """The largest error of both proofs."""
+        return self.record.residual
+
+
+class _Corner:
+    """The statics of one corner: its reactions (M,) at load factor 0 and what 1 adds, in the rigid motions N (M, k)."""
+
+    def __init__(self, task: Question, N: Array, k: int, r0: Array, r1: Array) -> None:
+        self._task, self._N, self._k = task, N, k
+        held, drives = (float(size) if (size := np.linalg.norm(N.T @ r)) > CONDENSATION * np.linalg.norm(r) else 0.0 for r in (r0, r1))
+        self._load = {f"r0{f'[{k}]' * task.fixed}": r0, f"r1[{k}]": r1 if drives else np.zeros_like(r1)}
+        self._unit = (held or drives) / drives if drives else 1.0
+        q, p = np.split(r0.reshape(-1, task.system.nodes), [-1])
+        self.rests = bool((np.linalg.norm(q, axis=0) <= task.friction * p).all())
+        """Whether the closed contact rests at load factor 0."""
+
+    def solve(self, sense: Any) -> _Answer:
+        """The largest or the least load factor at which forces balance the loads; nan where there is none."""
+        task, n = self._task, self._task.system.nodes
+        f = cp.Parameter(n, nonneg=True, name="f", value=task.friction)
+        problem = models.gross_slip(self._N, self._load, f, task.system.slip_shape, sense)
+        load_factor, q, p = (next(each for each in problem.variables() if each.name() == name) for name in ("load_factor", "q", "p"))
+        chain = Chain(problem, {load_factor: self._unit, q: task.node_unit.reshape(n, *[1] * (q.ndim - 1)), p: task.node_unit}, unit=self._unit)
+        judged = partial(self._judged, problem)
+
+        def still(value: float, bound: float, residual: float) -> _Answer:
+            return _Answer(self._k, value, bound, np.zeros(len(self._N)), SolveRecord(residual=residual), problem)
+
+        def answered() -> _Answer:
+            value = float(load_factor.value)
+            found = value if value > ZERO_LOAD_FACTOR * self._unit else 0.0, chain.proof.bound, max(chain.proof.gap, chain.violation)
+            return still(*found) if sense is cp.Minimize and not found[0] else judged(*found)  # no motion proves that it is at least 0
+
+        def none() -> _Answer | None:
+            more = chain.growth()
+            if no := chain.contradiction(growth=more):
+                return judged(np.nan, np.nan, no.residual)
+            return still(np.inf, np.inf, abs(more.residual)) if more else None
+
+        answer, record = chain.solve(answered, no_optimum=none)
+        return replace(answer, record=record)
+
+    def _judged(self, problem: cp.Problem, value: float, bound: float, residual: float) -> _Answer:
+        """With the motion that the multipliers of balance are: how far it strains the bodies, or lifts less than friction needs, counts too."""
+        S, shape = self._task.system.S, (-1, self._task.system.nodes)
+        phi = self._N @ problem.constraints[0].dual_value
+        phi = phi / (float(np.linalg.norm(phi.reshape(shape), axis=0).max()) or np.nan)
+        *v, w = phi.reshape(shape)
+        lack = float((self._task.friction * np.linalg.norm(v, axis=0) - w).max())
+        strain = float(np.abs(S @ phi).max()) / (float(np.diag(S).max()) or 1.0)
+        worst = float(np.nan_to_num(np.max([residual, lack, strain]), nan=np.inf))
+        return _Answer(self._k, value, bound, phi, SolveRecord(residual=worst), problem)
+
+
+def _checked(system: ContactSystem, contacts: Iterable[str]) -> tuple[list[str], Booleans]:
+    """Names of contacts of the system, at least one, and which nodes (N,) belong to them."""
+    names = listed("contacts", contacts)
+    if system.contact is None:
+        raise ModelError(f"contacts: {shown(names)}, but the system has no names of contacts; give them as its `contact`, or leave contacts out")
+    known = list(dict.fromkeys(system.contact.tolist()))
+    if not names or (unknown := [name for name in names if name not in known]):
+        raise ModelError(f"contacts: {shown(unknown[0] if names else names)}; give some of {known}, or None for all")
+    return names, np.isin(system.contact, names)
+
+
+def _moves(task: Question, answer: _Answer) -> str:
+    return moves_told(motion_table(task.system, answer.phi.reshape(-1, task.system.nodes)))
+
+
+def _result(task: Question, rules: _Answer, least: float, reason: str, answers: Sequence[_Answer]) -> GrossSlip:
+    records, phi = [answer.record for answer in answers], rules.phi.reshape(-1, task.system.nodes)
+    attempts = tuple(attempt for record in records for attempt in record.attempts)
+    worst, seconds = max(record.residual for record in records), sum(record.seconds for record in records)
+    idle = len(task.cycle.corners) - len({answer.corner for answer in answers})
+    left_out = (f"corners: {idle} of {len(task.cycle.corners)} are within the hull of the others",) if idle and rules.problem else ()
+    return GrossSlip(
+        load_factor=rules.value,
+        bound=rules.bound,
+        least=least,
+        corner=rules.corner if np.isfinite(rules.phi).all() and rules.phi.any() else -1,
+        loads=task.cycle.corner_names[rules.corner] if rules.phi.any() else "",
+        phi=phi,
+        motion=motion_table(task.system, phi),
+        reason=reason,
+        record=replace(rules.record, attempts=attempts, residual=worst, left_out=left_out, seconds=seconds),
+        problem=rules.problem,
+    )

@@ -1,0 +1,325 @@
+"""The sliding-off load against closed forms, scipy, the kinematic program, transients and invariances; answers that are damaged are refused."""
+
+from dataclasses import replace
+from importlib import import_module
+
+import cvxpy as cp
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+import frictopt as fo
+from frictopt.contact.parts import joined
+from frictopt.fem.interface import frames_of
+from liars import is_excess, lying, misread, unpolished
+from studies.validation.fuzz.embedded import embedded
+
+TO_AND_FRO = [{"Q": 1.0}, {"Q": -1.0}]
+PUNCH = fo.scenes.PunchOnHalfPlane(elements=12).condense()
+
+
+def rigid(points, normals):
+    """(M, 3) or (M, 6) reactions' directions in the shifts and turns of body 1, by the places and normals of the nodes."""
+    n, axes = points.shape
+    frames = frames_of(normals)
+    shifts = [np.tile(axis, (n, 1)) for axis in np.eye(axes)]
+    turns = [np.column_stack([-points[:, 1], points[:, 0]])] if axes == 2 else [np.cross(axis, points) for axis in np.eye(3)]
+    return np.column_stack([np.einsum("nak,nk->an", frames, motion).ravel() for motion in [*shifts, *turns]]), frames
+
+
+def body(rng, points, normals, bonded, **more):
+    """A body that the contact alone holds: a random stiffness without resistance to its rigid motions."""
+    motions, frames = rigid(points, normals)
+    root = rng.normal(size=(len(motions),) * 2)
+    off = np.eye(len(motions)) - motions @ np.linalg.pinv(motions)
+    return fo.ContactSystem(off @ (root @ root.T + np.eye(len(root))) @ off, points, bonded, frames=frames, **more)
+
+
+def block(rng, width=2.0, height=1.0, nodes=5, axes=2, **more):
+    """A block on a plane: its weight P, and a push Q along x at its upper edge."""
+    points = np.zeros((nodes, axes))
+    points[:, 0] = np.linspace(-width / 2, width / 2, nodes)
+    if axes == 3:
+        points = np.array([[x, y, 0.0] for x in np.linspace(-width / 2, width / 2, nodes) for y in (-1.0, 0.0, 1.0)])
+    normals = np.eye(axes)[[-1] * len(points)]
+    motions, _ = rigid(points, normals)
+    resultants = np.zeros((2, motions.shape[1]))  # of what body 2 does on body 1: along the axes, and moments about the origin
+    resultants[0, axes - 1] = 1.0
+    resultants[1, [0, 4 if axes == 3 else 2]] = -1.0, -height if axes == 3 else height
+    forces = resultants @ np.linalg.pinv(motions)
+    return body(rng, points, normals, dict(zip("PQ", forces, strict=True)), **more)
+
+
+def proves(found, system, friction, r0, r1):
+    """The motion alone proves the load factor: it strains nothing, lifts by f |v|, and its works give the bound."""
+    *v, w = found.phi
+    assert np.abs(system.S @ found.phi.ravel()).max() <= 1e-9 * np.abs(system.S).max()
+    assert (w >= friction * np.linalg.norm(v, axis=0) - 1e-8).all() and np.linalg.norm(found.phi, axis=0).max() == pytest.approx(1.0)
+    assert found.phi.ravel() @ r1 < 0
+    assert -(found.phi.ravel() @ r0) / (found.phi.ravel() @ r1) == pytest.approx(found.load_factor, rel=1e-7)
+    assert found.bound == pytest.approx(found.load_factor, rel=1e-9) and found.residual <= 1e-9
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+@pytest.mark.parametrize("friction", [0.1, 0.5, 0.9])
+@pytest.mark.parametrize("height", [0.5, 1.5, 4.0])
+def test_a_block_slides_or_turns_over_its_edge(axes, friction, height):
+    """By hand: f P, or P times half the width over the height of the push, where that is less."""
+    system = block(np.random.default_rng(0), height=height, axes=axes)
+    found = fo.gross_slip(system, fo.LoadCycle({"P": 3.0}, [{"Q": 0.25}, {"Q": -2.0}]), friction)
+    turns = 1.0 / height < friction
+    assert found.load_factor == pytest.approx(3.0 * min(friction, 1.0 / height) / 2.0, rel=1e-9)
+    assert (found.corner, found.loads, found.least) == (1, "Q = -2", 0.0)
+    proves(found, system, friction, *(joined(*system.reaction(load)) for load in ({"P": 3.0}, {"Q": -2.0})))
+    (row,) = found.motion.to_dict("records")
+    assert ("by a turn about" in found.reason) is turns and ("along (-1, 0" in found.reason) is not turns
+    if turns:
+        assert row["at_x"] == pytest.approx(-1.0, abs=1e-6) and abs(row["turn"]) == pytest.approx(0.5, rel=1e-6)
+        assert row["turn"] > 0 if axes == 2 else row["turn"] * row["y"] < 0
+    else:
+        assert row["x"] == pytest.approx(-1.0) and row["lift"] == pytest.approx(friction * row["slide"]) and row["turn"] == 0
+
+
+def two_blocks(rng, **more):
+    """Two blocks side by side, each with its own weight; the push is on the second."""
+    one, other = block(rng), block(rng)
+    n = one.nodes
+    S, loads = np.zeros((2, 2 * n, 2, 2 * n)), {name: np.zeros((2, 2 * n)) for name in ("P1", "P2", "Q")}
+    for at, system, names in ((slice(n), one, {"P1": "P"}), (slice(n, None), other, {"P2": "P", "Q": "Q"})):
+        S[:, at, :, at] = system.S.reshape(2, n, 2, n)
+        for name, of in names.items():
+            loads[name][:, at] = joined(*system.bonded[of]).reshape(2, n)
+    points = np.vstack([one.points, other.points + [5.0, 0.0]])
+    names = np.repeat(["left", "right"], n)
+    return fo.ContactSystem(S.reshape(4 * n, -1), points, {name: load.ravel() for name, load in loads.items()}, contact=names, **more)
+
+
+def test_of_two_blocks_the_one_that_is_pushed_slides():
+    system = two_blocks(np.random.default_rng(1))
+    found = fo.gross_slip(system, fo.LoadCycle({"P1": 1.0, "P2": 7.0}, TO_AND_FRO), 0.3)
+    assert found.load_factor == pytest.approx(2.1) and found.motion["contact"].tolist() == ["right"] and found.motion["nodes"].tolist() == [5]
+    assert "body 1 moves at right along (1, 0)" in found.reason and np.abs(found.phi[:, :5]).max() < 1e-9
+    assert found.to_frame().equals(found.motion)
+    for pushed in (["right"], ["left", "right"]):
+        assert fo.gross_slip(system, fo.LoadCycle({"P1": 1.0, "P2": 7.0}, TO_AND_FRO), 0.3, contacts=pushed).load_factor == pytest.approx(2.1)
+    alone = fo.gross_slip(system, fo.LoadCycle({"P1": 1.0, "P2": 7.0}, TO_AND_FRO), 0.3, contacts=["left"])
+    assert alone.load_factor == pytest.approx(0.0, abs=1e-9) and "with friction at left alone" in alone.reason
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+def test_the_slip_load_of_one_of_two_faces_is_its_friction_times_its_force(axes):
+    """A plate between two flat faces: each holds f P where the force P clamps it; where rigid jaws do, friction holds all."""
+    n, frames, under = 3, np.eye(axes), np.arange(6) < 3
+    both = np.where(under[:, None, None], frames, frames * np.r_[-1.0, np.ones(axes - 2), -1.0][:, None])  # the upper face presses downwards
+    points = np.zeros((2 * n, axes))
+    points[:, 0], points[n:, -1] = np.tile([-1.0, 0.0, 1.0], 2), 1.0
+    along, up = (np.einsum("nak,k->an", both, axis) for axis in (frames[0], frames[-1]))
+    press = np.einsum("nak,nk->an", both, both[:, -1]).ravel() / n
+    for jaws, motions, holds in ((True, (along, up), (np.inf,) * 3), (False, (along, up * under, up * ~under), (2.0, 1.0, 1.0))):
+        free = np.column_stack([motion.ravel() for motion in motions])
+        S, names = np.eye(len(free)) - free @ np.linalg.pinv(free), np.repeat(["under", "over"], n)
+        system = fo.ContactSystem(S, points, {"P": press, "Q": -along.ravel() / (2 * n)}, frames=both, contact=names)
+        for contacts, hold in zip((None, ["under"], ["over"]), holds, strict=True):
+            found = fo.gross_slip(system, fo.LoadCycle({"P": 5.0}, TO_AND_FRO), 0.2, contacts=contacts)
+            assert found.load_factor == pytest.approx(hold, rel=1e-9), (jaws, contacts)
+
+
+def by_scipy(motions, friction, r0, r1, least=False):
+    """Largest or least load factor >= 0 with forces within friction in the plane; nan where there is none."""
+    n = len(friction)
+    eye = np.eye(n)
+    rows = np.block([[eye, -np.diag(friction), np.zeros((n, 1))], [-eye, -np.diag(friction), np.zeros((n, 1))]])
+    goal = np.eye(2 * n + 1)[-1] * (1.0 if least else -1.0)
+    bounds = [(None, None)] * n + [(0, None)] * (n + 1)
+    answer = linprog(goal, rows, np.zeros(2 * n), np.column_stack([motions.T, -motions.T @ r1]), motions.T @ r0, bounds=bounds)
+    assert answer.status in (0, 2, 3)
+    return {0: answer.x[-1] if answer.x is not None else np.nan, 2: np.nan, 3: np.inf}[answer.status]
+
+
+def test_random_faces_in_the_plane_agree_with_scipy():
+    kinds = []
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        n = int(rng.integers(2, 7))
+        x = np.sort(rng.uniform(-1, 1, n))
+        points, normals = np.column_stack([x, 0.3 * x**2]), np.column_stack([-0.6 * x, np.ones(n)])
+        normals /= np.linalg.norm(normals, axis=1)[:, None]
+        friction, motions = rng.uniform(0.0, 0.8, n), rigid(points, normals)[0]
+        loads = {name: rng.normal(size=2 * n) + press * np.repeat([0.0, 1.0], n) for name, press in (("m", 1.5), ("a", 0.2), ("b", 0.0), ("c", 0.0))}
+        system = body(rng, points, normals, loads, gap=rng.uniform(0, 0.1, n))
+        cycle = fo.LoadCycle({"m": 1.0}, [{"a": 1.0}, {"b": 1.0}], fixed=None if seed % 2 else [{"c": 0.2}, {"c": -0.2}])
+        found, r0 = fo.gross_slip(system, cycle, friction), [joined(*system.reaction(load)) for load in cycle.unscaled] * 2
+        r1 = [joined(*system.reaction(load)) for load in cycle.corners]
+        most, least = (np.array([by_scipy(motions, friction, *pair, low) for pair in zip(r0[:2], r1, strict=True)]) for low in (False, True))
+        if np.isnan(most).any() or least.max() > most.min():
+            assert np.isnan(found.load_factor) and np.isnan(found.least) and "no load factor has a state of rest" in found.reason
+            kinds.append("none" if np.isnan(most).any() else "apart")
+            if np.isnan(most).any():
+                assert found.phi.ravel() @ r0[found.corner] < 0 and found.phi.ravel() @ r1[found.corner] < 1e-9
+            continue
+        assert found.load_factor == pytest.approx(most.min(), rel=1e-7) and found.least == pytest.approx(least.max(), rel=1e-7, abs=1e-9)
+        assert (found.least > 0) is ("; below" in found.reason)
+        kinds.append("inf" if found.load_factor == np.inf else "from 0" if found.least == 0 else "interval")
+        if np.isfinite(found.load_factor):
+            proves(found, system, friction, r0[found.corner], r1[found.corner])
+    assert set(kinds) >= {"none", "inf", "from 0", "interval"}, kinds
+
+
+def test_random_faces_in_space_agree_with_the_program_of_the_motions():
+    finite = 0
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        n = int(rng.integers(3, 8))
+        points, normals = rng.uniform(-1, 1, (n, 3)) * [1, 1, 0.2], rng.uniform(-0.4, 0.4, (n, 3)) + [0, 0, 1]
+        normals /= np.linalg.norm(normals, axis=1)[:, None]
+        motions, friction = rigid(points, normals)[0], rng.uniform(0.1, 0.6, n)
+        press = np.repeat([0.0, 0.0, 1.0], n)
+        system = body(rng, points, normals, {"P": 2 * press, "Q": rng.normal(size=3 * n)})
+        found = fo.gross_slip(system, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), friction)
+        y, (r0, r1) = cp.Variable(6), (joined(*system.bonded[name]) for name in "PQ")
+        v1, v2, w = (motions[at * n : (at + 1) * n] @ y for at in range(3))
+        rows = [cp.norm(cp.vstack([v1, v2]), axis=0) <= cp.multiply(1 / friction, w), (motions.T @ r1) @ y == -1]
+        value = cp.Problem(cp.Minimize((motions.T @ r0) @ y), rows).solve(solver="CLARABEL")
+        assert found.load_factor == pytest.approx(value, rel=1e-6)
+        if np.isfinite(value):
+            finite += 1
+            proves(found, system, friction, r0, r1)
+    assert finite > 10
+
+
+def test_held_bodies_never_slide_off():
+    system = fo.scenes.PinInPlate(elements=8).condense()
+    held = replace(PUNCH, S=PUNCH.S + np.eye(len(PUNCH.S)))
+    free = fo.gross_slip(PUNCH, fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}]), 0.5)  # which pulls the block alone
+    for found in (fo.gross_slip(held, fo.LoadCycle({"P": 1.0}, TO_AND_FRO), 0.5), fo.gross_slip(system, fo.LoadCycle({}, [{"Fx": 1.0}]), 0.5), free):
+        assert found.load_factor == found.bound == np.inf and not found.phi.any() and found.motion.empty and found.corner == -1
+    assert "supports hold the bodies" in fo.gross_slip(held, fo.LoadCycle({"P": 1.0}, TO_AND_FRO), 0.5).reason
+    assert "at all load factors" in free.reason
+
+
+def test_only_the_rigid_motions_of_a_stiffness_count_and_no_gap_does():
+    rng, cycle = np.random.default_rng(3), fo.LoadCycle({"P": 1.0}, TO_AND_FRO)
+    values, vectors = np.linalg.eigh(PUNCH.S)
+    kept = vectors[:, values > 1e-9 * values[-1]]
+    root = rng.normal(size=(kept.shape[1],) * 2)
+    other = replace(PUNCH, S=kept @ (root @ root.T + np.eye(len(root))) @ kept.T, gap=rng.uniform(0, 1, PUNCH.nodes))
+    for friction in (0.3, 0.5, 0.8):
+        one, again = (fo.gross_slip(system, cycle, friction) for system in (PUNCH, other))
+        assert one.load_factor == pytest.approx(again.load_factor, rel=1e-9)
+
+
+@pytest.mark.parametrize(("force", "length"), [(1e6, 1.0), (1e-6, 1e3), (1e3, 1e-3)])
+def test_units_change_no_load_factor(force, length):
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])
+    bonded = {name: (force * q, force * p) for name, (q, p) in PUNCH.bonded.items()}
+    turned = replace(PUNCH, S=PUNCH.S * force / length, points=PUNCH.points * length, bonded=bonded, width=PUNCH.width * length, compliance=None)
+    one, again = fo.gross_slip(PUNCH, cycle, 0.4), fo.gross_slip(turned, cycle, 0.4)
+    assert again.load_factor == pytest.approx(one.load_factor, rel=1e-9)
+    assert np.abs(again.phi - one.phi).max() < 1e-7
+    values = {variable.name(): variable.value for variable in again.problem.variables()}
+    assert values["p"].sum() == pytest.approx(turned.reaction({"P": 1.0})[1].sum(), rel=1e-9)  # in the units of the user
+
+
+def test_a_contact_of_the_plane_in_space_has_the_same_load_factor():
+    solid = embedded(PUNCH, np.random.default_rng(5))[0]
+    for friction in (0.2, 0.7):
+        one, again = (fo.gross_slip(system, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), friction) for system in (PUNCH, solid))
+        assert again.load_factor == pytest.approx(one.load_factor, rel=1e-8)
+
+
+@pytest.mark.parametrize("friction", [0.3, 0.45])
+def test_a_punch_rests_just_below_it_and_has_no_state_just_above(friction):
+    cycle = fo.LoadCycle({"P": 1.0}, TO_AND_FRO)
+    found = fo.gross_slip(PUNCH, cycle, friction)
+    assert found.load_factor == pytest.approx(friction * PUNCH.bonded["P"][1].sum() / abs(PUNCH.bonded["Q"][0].sum()), rel=1e-9)  # f P / Q
+    assert fo.march(PUNCH, cycle, friction, 0.999 * found.load_factor, cycles=1).residual <= 1e-9
+    with pytest.raises(fo.NoContinuation):
+        fo.march(PUNCH, cycle, friction, 1.001 * found.load_factor, cycles=1)
+
+
+def test_the_problem_reads_like_the_theory_and_is_solved_by_cvxpy_too():
+    for system in (PUNCH, embedded(PUNCH, np.random.default_rng(5))[0]):
+        found = fo.gross_slip(system, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), 0.4)
+        size = "abs" if system is PUNCH else "norm"
+        assert str(found.problem).split("\n") == [
+            "maximize load_factor",
+            "subject to balance: N.T @ [q, p] == N.T @ (r0 + load_factor * r1[0])",
+            f"           stuck: {size}(q) <= f * p",
+            "           pressed: 0.0 <= p",
+            "           load_factor: 0.0 <= load_factor",
+        ]
+        assert found.problem.value == found.load_factor and "sliding-off load" in found.explain()
+        (f,) = found.problem.parameters()
+        f.value = np.full(system.nodes, 0.3)
+        assert found.problem.solve(solver="CLARABEL") == pytest.approx(fo.gross_slip(system, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), 0.3).load_factor)
+
+
+CYCLE = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])
+
+
+def test_damaged_multipliers_are_refused(monkeypatch):
+    def lie(compiled, z, multipliers):
+        multipliers *= 1 + 1e-6
+
+    misread(monkeypatch, lie)
+    with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
+        fo.gross_slip(PUNCH, CYCLE, 0.4)
+
+
+def test_forces_that_do_not_balance_are_refused(monkeypatch):
+    """The load factor and its proof from above stay as they are."""
+
+    def lie(compiled, z, multipliers):
+        (p,) = (variable for variable in compiled.problem.variables() if variable.name() == "p")
+        z[compiled.place(p)] *= 1 + 1e-6
+
+    misread(monkeypatch, lie)
+    with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
+        fo.gross_slip(PUNCH, CYCLE, 0.4)
+
+
+@pytest.mark.parametrize("said", ["infeasible", "unbounded"])
+def test_a_solver_that_denies_the_answer_is_not_believed(monkeypatch, said):
+    unpolished(monkeypatch)
+    lying(monkeypatch, lambda program, name, x, y: None if is_excess(program) else said)
+    with pytest.raises(fo.SolverError):
+        fo.gross_slip(PUNCH, CYCLE, 0.4)
+
+
+def test_a_stiffness_that_resists_the_motion_is_no_proof(monkeypatch):
+    """A motion that strains the bodies, taken for a rigid one."""
+    monkeypatch.setattr(import_module("frictopt.limits.gross_slip"), "rigid_motions", lambda S: np.eye(len(S))[:, [0, len(S) // 2]])
+    with pytest.raises(fo.SolverError):
+        fo.gross_slip(PUNCH, CYCLE, 0.4)
+
+
+NAMED = two_blocks(np.random.default_rng(1))
+
+
+@pytest.mark.parametrize(
+    ("system", "contacts", "said"),
+    [
+        (NAMED, ["middle"], r"contacts: 'middle'; give some of \['left', 'right'\], or None for all"),
+        (NAMED, [3], r"contacts: 3; give some of"),
+        (NAMED, [], r"contacts: \[\]; give some of"),
+        (NAMED, "left", r"contacts: 'left'; give a list"),
+        (replace(NAMED, contact=None), ["left"], r"contacts: \['left'\], but the system has no names of contacts"),
+    ],
+)
+def test_contacts_that_do_not_exist_are_refused(system, contacts, said):
+    with pytest.raises(fo.ModelError, match=said):
+        fo.gross_slip(system, fo.LoadCycle({"P1": 1.0}, [{"Q": 1.0}]), 0.3, contacts=contacts)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ((PUNCH, CYCLE, -0.1), "friction: -0.1"),
+        ((PUNCH, {"P": 1.0}, 0.1), "cycle: a dict"),
+        ((None, CYCLE, 0.1), "system"),
+        ((PUNCH, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}]), 0.1), "load case 'X': unknown"),
+    ],
+)
+def test_bad_input_is_refused(arguments, said):
+    with pytest.raises(fo.ModelError, match=said):
+        fo.gross_slip(*arguments)
