@@ -323,3 +323,26 @@ def test_contacts_that_do_not_exist_are_refused(system, contacts, said):
 def test_bad_input_is_refused(arguments, said):
     with pytest.raises(fo.ModelError, match=said):
         fo.gross_slip(*arguments)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_limit_is_above_the_load_at_which_the_body_slides_off(seed):
+    """And a flat punch that changes no pressure slips as soon as it slides off: its limit is that of all states."""
+    rng = np.random.default_rng(seed)
+    contact, cycle = block(rng, nodes=4, axes=2 + seed % 2), fo.LoadCycle({"P": 1.0}, TO_AND_FRO)
+    limit = fo.shakedown_limit(contact, cycle, float(rng.uniform(0.1, 0.6)))
+    assert not limit.load_factor > limit.bound_for_all * (1 + 1e-9)
+    assert limit.proven == (limit.load_factor >= limit.bound_for_all * (1 - 2e-6))
+
+
+def test_limits_of_all_states_and_of_some():
+    held = fo.scenes.PinInPlate(elements=8).condense()
+    limit = fo.shakedown_limit(held, fo.LoadCycle({"fit": 1.0}, [{"Fx": 1.0}, {"Fx": -1.0}]), 0.5)
+    assert limit.bound_for_all == np.inf and not limit.proven and "with all nodes closed" in limit.covers
+    rigid = fo.ContactSystem.from_blocks(
+        np.zeros((2, 2)), np.zeros((2, 2)), [[1, -1], [-1, 1]], [-1.0, 1.0], {"P": ([0, 0], [0.5, 0.5]), "Q": ([0.5, 0.5], [0, 0])}
+    )
+    limit = fo.shakedown_limit(rigid, fo.LoadCycle({"P": 1.0}, TO_AND_FRO), 0.3)
+    assert limit.load_factor == pytest.approx(0.3, rel=1e-9) and limit.proven
+    pulled = fo.shakedown_limit(rigid, fo.LoadCycle({"P": -1.0}, TO_AND_FRO), 0.3)
+    assert np.isnan(pulled.load_factor) and pulled.bound_for_all == 0.0 and not pulled.proven

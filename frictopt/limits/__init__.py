@@ -1,4 +1,4 @@
-"""Limits of a load cycle as linear and cone programs: shakedown, safe residual slip, guaranteed limit, required friction, region, design, gross slip."""
+"""Limits of a load cycle as linear and cone programs: shakedown, safe slip, guaranteed limit, required friction, region, design, gross slip."""
 
 from ..contact import LimitKind
 from .design import DesignModel

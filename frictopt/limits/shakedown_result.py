@@ -14,8 +14,11 @@ from ..errors import ModelError
 from ..transients.march import mean_state
 from ..transients.mean_load import unscaled_diagnosis
 from .answered import Rated
+from .gross_slip import gross_slip
 from .least_slip import LeastSlip, least_slip
 from .open_nodes import border
+
+_ALL = 1e-6  # relative distance from the bound of all states up to which the limit is that of all
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -117,6 +120,25 @@ class ShakedownLimit(Rated):
         opened = int(self.open.sum())
         states = f"these {opened} nodes open and the others closed" if opened else "all nodes closed"
         return f"states of rest with {states} all through the cycle; with others open, or nodes that open and close, the contact may rest above it"
+
+    @cached_property
+    def bound_for_all(self) -> float:
+        """Load factor above which no state of rest exists, from no start, whatever opens: that of `gross_slip`; 0 where the mean load slides off.
+
+        Inf where supports hold the bodies: then nothing bounds the states that `covers` leaves out.
+
+        Raises
+        ------
+        SolverError
+            No solver gave an answer that passes the checks.
+        """
+        most = gross_slip(self.system, self.cycle, self.friction).load_factor
+        return 0.0 if np.isnan(most) else most
+
+    @property
+    def proven(self) -> bool:
+        """Whether no state of rest at all exists above the limit: `bound_for_all` is not above it by more than 1e-6 of it."""
+        return bool(self.bound_for_all <= self.load_factor * (1 + _ALL))
 
     @cached_property
     def apart(self) -> float:
