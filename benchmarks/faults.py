@@ -306,9 +306,6 @@ FAULTS = (
           "interior_point"),
     Fault("solve/cones.py", "steps leave their cones", "(aside - ahead).max(initial=0.0)", "(aside - ahead).min(initial=0.0)",
           "interior_point"),
-    Fault("solve/solvers.py", "the bound is the solution found", "bound = -float(info.mip_dual_bound)", "bound = float(problem.value)",
-          "limit_checks"),
-    # limits
     Fault("limits/models.py", "slip is bounded one way alone", "[(size(x.slip) <= most)", "[((x.slip if x.slip.ndim == 1 else size(x.slip)) <= most)",
           "slip_bound"),
     Fault("limits/models.py", "the rows of the critical node are tighter", "bound + loose)", "bound - loose)", "guaranteed guaranteed_space"),
@@ -407,8 +404,6 @@ FAULTS = (
           "slip_bound limit_checks"),
     Fault("limits/safe_slip.py", "own rows need not hold for a margin", "task.beyond(slip), program.own_violation])", "task.beyond(slip)])",
           "own_constraints"),
-    Fault("limits/safe_slip.py", "no slip is safe where that is not proven", "return False if program.chain.contradiction(solver) else None",
-          "return False", "open_nodes shakedown limit_kinds"),
     Fault("limits/required_friction.py", "pressures of the node that is pressed most", "[1][:, -1].min() / task.force",
           "[1][:, -1].max() / task.force", "required_friction"),
     Fault("limits/required_friction.py", "a pressing without a proof", "nan_to_num(max(gap, task.beyond(slip))",

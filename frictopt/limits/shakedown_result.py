@@ -11,7 +11,6 @@ from ..contact import LimitKind, frame, lengths
 from ..contact.checks import Array, finite_number, frozen
 from ..contact.tolerances import ROUNDING
 from ..errors import ModelError
-from ..transients.march import mean_state
 from ..transients.mean_load import unscaled_diagnosis
 from .answered import Rated
 from .gross_slip import gross_slip
@@ -151,6 +150,8 @@ class ShakedownLimit(Rated):
         NoContinuation, SolverError
             The mean load comes to no state.
         """
+        from ..transients.march import mean_state  # here, because a closed contact needs none
+
         settled = mean_state(self.system, self.cycle, self.friction).slip
         return float(lengths(np.reshape(settled, self.slip.shape) - self.slip, self.friction).max())
 
