@@ -130,8 +130,9 @@ def test_without_any_friction_a_contact_is_uncoupled_only_where_it_is(coupling):
 
 def test_where_nothing_is_safe_nothing_is_proven_of_starts():
     """One node of B = 0, pulled open by 0.5, pressed by 1 and sheared by less than friction at one corner: it opens and closes, and never slips."""
-    node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [-0.5]), "N": ([0.4], [1.0])})
-    cycle = fo.LoadCycle({"P": 1.0}, [{"N": 1.0}, {"N": 0.0}])
+    loads = {"P": ([0.0], [-0.5]), "N": ([0.4], [1.0]), "X": ([0.01], [0.0])}
+    node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {}], fixed=[{"N": 1.0}, {}])
     limit, steady = fo.guaranteed_limit(node, cycle, 0.5), fo.steady_state(node, cycle, 0.5, 1.0)
     assert steady.outcome is fo.Outcome.SHAKEDOWN and steady.dissipation == 0
     assert limit.kind is fo.LimitKind.NO_SAFE_SLIP and not limit.proven
