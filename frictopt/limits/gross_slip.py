@@ -28,6 +28,7 @@ from ..contact import (
 )
 from ..errors import ModelError
 from ..solve.chain import Chain
+from ..solve.problem import Problem
 from ..transients.sliding import rigid_motions
 from . import models
 from .gross_slip_result import GrossSlip, motion_table, moves_told
@@ -146,7 +147,8 @@ class _Corner:
         """The largest or the least load factor at which forces balance the loads; nan where there is none."""
         task, n = self._task, self._task.system.nodes
         f = cp.Parameter(n, nonneg=True, name="f", value=task.friction)
-        problem = models.gross_slip(self._N, self._load, f, task.system.slip_shape, sense)
+        listed = models.gross_slip(self._N, self._load, f, task.system.slip_shape, sense)
+        problem = Problem(listed.objective, listed.constraints)
         load_factor, q, p = (next(each for each in problem.variables() if each.name() == name) for name in ("load_factor", "q", "p"))
         chain = Chain(problem, {load_factor: self._unit, q: task.node_unit.reshape(n, *[1] * (q.ndim - 1)), p: task.node_unit}, unit=self._unit)
         judged = partial(self._judged, problem)

@@ -19,8 +19,6 @@ from typing import Any, TypeAlias
 
 import cvxpy as cp
 
-from ..solve.problem import Problem
-
 Row: TypeAlias = cp.Constraint
 
 
@@ -161,4 +159,4 @@ def gross_slip(N: Any, load: Mapping[str, Any], f: cp.Parameter, shape: tuple[in
     motions, (r0, r1) = named(N.T, "N.T"), (named(value, name) for name, value in load.items())
     balance = motions @ called(cp.hstack([vec(q), p]), "[q, p]") == motions @ (r0 + times(load_factor, r1))
     rows = [balance.set_label("balance"), (size(q) <= cp.multiply(f, p)).set_label("stuck"), (p >= 0).set_label("pressed")]
-    return Problem(sense(load_factor), [*rows, (load_factor >= 0).set_label("load_factor")])
+    return cp.Problem(sense(load_factor), [*rows, (load_factor >= 0).set_label("load_factor")])

@@ -12,9 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..contact import RESIDUAL, Booleans, LimitKind, SolveRecord
+from ..contact import RESIDUAL, Booleans
 from ..errors import FrictoptError, SolverError
-from .answered import Mechanism
 from .open_nodes import open_under_mean
 from .question import Question, with_open
 from .shakedown_result import ShakedownLimit
@@ -45,7 +44,8 @@ def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLi
         tried.add(opened.tobytes())
         with suppress(FrictoptError):  # one without an answer that passes the checks is none of those known to rest
             reached = best.load_factor if counts(best) else -np.inf
-            limit = _limit(task, of_set, opened, reached)
+            rest = None if opened.all() else with_open(task, opened)  # a contact that is open for ever is none
+            limit = None if rest is None else of_set(rest, reached)
             if limit is not None and counts(limit) and limit.load_factor > reached * (1 + _GAINS):
                 best = limit
                 return True
@@ -97,35 +97,3 @@ def _next_to(best: ShakedownLimit) -> Iterator[Booleans]:
         opened = best.open.copy()
         opened[nodes] ^= True
         yield opened
-
-
-def _limit(task: Question, of_set: Callable[[Question, float], ShakedownLimit], opened: Booleans, above: float) -> ShakedownLimit | None:
-    """The limit with given nodes open; None if they leave a body free, or all are open and touch at every load factor."""
-    if opened.all():
-        return _all_open(task)
-    rest = with_open(task, opened)
-    return None if rest is None else of_set(rest, above)
-
-
-def _all_open(task: Question) -> ShakedownLimit | None:
-    """The load factors at which all nodes are open: where no gap closes at any corner."""
-    n, (corners, axes, _), still = task.system.nodes, task.r1.shape, np.zeros(task.system.slip_shape)
-    opened = with_open(task, np.ones(n, dtype=bool))
-    if opened is None or opened.give is None:
-        return None
-    give, u = opened.give, opened.states(0.0, still)[0]
-    gap, rates = np.broadcast_arrays(*opened.w)
-    rate = rates if task.fixed else np.broadcast_to(rates.min(axis=0), rates.shape)
-    least = float(np.divide(-gap, rate, out=np.where(gap < 0, np.inf, 0.0), where=rate > 0).max(initial=0.0))
-    touching = np.divide(gap, -rates, out=np.full(gap.shape, np.inf), where=rates < 0)
-    load_factor = float(touching.min())
-    if not (least <= load_factor and np.isfinite(least)):
-        return None
-    finite = np.isfinite(load_factor)
-    if not (residual := opened.violation(load_factor if finite else least, still)) <= RESIDUAL:
-        raise SolverError(f"open set: the states at the limit violate the contact law by {residual:.1e} (tolerance {RESIDUAL:g})")
-    press, touch = np.zeros((corners, n)), np.unravel_index(int(touching.argmin()), touching.shape)
-    press[touch] = -1 / rates[touch] if finite else 0.0
-    motion = Mechanism((-press @ give[-n:]).reshape(corners, axes, n), np.zeros(n), open=opened.open)
-    kind, slip = (LimitKind.FINITE, u[0, :-1].T.reshape(still.shape)) if finite else (LimitKind.UNBOUNDED, np.full_like(still, np.nan))
-    return ShakedownLimit(load_factor, slip, SolveRecord(residual=residual), opened, motion, kind, load_factor, least)

@@ -115,7 +115,14 @@ class ShakedownModel(SafeModel):
         """The limit of the best pattern of open nodes that the search finds, see `best_pattern`; with all closed where none wants to open."""
         if own or objective is not None:  # which change no pattern
             return self.of_set(with_open(task, self.of_any_set(task).open) or task, own, objective)
-        return best_pattern(task, lambda asked, above: self.of_set(asked, above=above), self.of_set(task), at)
+        tried = list[Question]()
+
+        def of_pattern(asked: Question, above: float) -> ShakedownLimit:
+            tried.append(asked)
+            return self.of_set(asked, above=above)
+
+        best = best_pattern(task, of_pattern, self.of_set(task), at)
+        return self.of_set(best._task) if tried and tried[-1] is not best._task else best  # whose answer then stands in its problem
 
     def of_set(
         self, task: Question, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None, above: float = -np.inf
