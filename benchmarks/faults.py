@@ -458,7 +458,6 @@ FAULTS = (
     Fault("limits/patterns.py", "sides of the border are not tried", "for state in (False, True) if plane]", "for state in ()]", "patterns"),
     Fault("limits/patterns.py", "less friction opens nothing", "friction=share * task.friction", "friction=task.friction", "patterns"),
     Fault("limits/patterns.py", "a set that begins above the load counts", "or limit.least > at)", ")", "patterns"),
-    Fault("limits/patterns.py", "all open nodes never touch", "load_factor = float(touching.min())", "load_factor = np.inf", "patterns"),
     Fault("limits/required_friction.py", "the first pattern decides", "while root >= _LEAST_FRICTION and asked", "while False and asked",
           "required_friction"),
     Fault("limits/answered.py", "a slip bound that costs nothing", "float(np.linalg.norm(self.hold, axis=0) @ task.most)", "0.0", "slip_bound"),
