@@ -1,6 +1,5 @@
 """The checks that stand between a solver and an answer: solvers that lie in one respect are found out, bounds hold where they are not settled."""
 
-from types import SimpleNamespace
 
 import cvxpy as cp
 import numpy as np
@@ -230,22 +229,6 @@ def test_that_there_is_no_optimum_is_for_all_solvers_to_say(monkeypatch, one):
         with pytest.raises(fo.SolverError) as end:
             chain.Chain(cp.Problem(cp.Minimize(x), [x >= 0]), {}).solve(lambda: pytest.fail("nothing to judge"))
         assert type(end.value) is error
-
-
-@pytest.mark.parametrize(("reported", "bound"), [(-3.0, 3.0), (-1e30, np.inf)])
-@pytest.mark.parametrize(("nodes", "why"), [(4, "HiGHS stops (user_limit), after 600 s at most"), (5, "the search tree has no nodes left")])
-def test_where_the_time_is_over_the_bound_is_the_solver_s_and_not_what_it_has_found(reported, bound, nodes, why):
-    stats = SimpleNamespace(mip_dual_bound=reported, primal_solution_status=2, mip_node_count=nodes)
-    stopped = {"status": cp.USER_LIMIT, "value": 2.0, "solver_stats": SimpleNamespace(extra_stats=stats)}
-    methods = {"solve": lambda **_: None, "variables": lambda: [SimpleNamespace(value=np.ones(2))]}
-    assert policy.bounds(SimpleNamespace(**stopped, **methods), 5) == policy.Bounds(bound, policy.BoundStatus.FOUND, why)
-
-
-def test_a_solver_that_fails_without_a_word_gives_no_bound():
-    def fails(**_):
-        raise ArithmeticError
-
-    assert policy.bounds(SimpleNamespace(solve=fails), 5) == policy.Bounds(np.inf, policy.BoundStatus.OPEN, "HiGHS fails: ")
 
 
 def test_why_there_is_no_limit_is_said_with_the_error_of_its_proof_or_not_at_all(monkeypatch):

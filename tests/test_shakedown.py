@@ -3,6 +3,7 @@ import pytest
 from scipy.linalg import block_diag
 
 import frictopt as fo
+from frictopt.limits.question import pose
 from systems import CYCLE, FIRST_PAIR, random_system, system
 
 EXACT = 1e-9
@@ -34,7 +35,7 @@ def test_pressure_must_stay_where_there_is_no_friction():
 )
 def test_a_limit_of_zero(contact, friction):
     for simplify in (True, False):
-        limit = fo.shakedown_limit(contact, CYCLE, friction, simplify=simplify)
+        limit = fo.ShakedownModel(contact, CYCLE, simplify=simplify).of_set(pose(contact, CYCLE, friction, simplify=simplify))  # all nodes closed
         assert limit.load_factor == pytest.approx(0.0, abs=1e-10) and limit.load_factor >= 0
 
 

@@ -8,6 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from frictopt.limits.question import pose
 from liars import is_excess, lying
 from oracle import Oracle
 from spatial import random_contact, single
@@ -44,7 +45,8 @@ def test_the_shakedown_limit_against_a_program_over_raw_slips(tangents, bounded,
     cycle = fo.LoadCycle({"mean": 1.0}, [dict(zip("abc", row, strict=True)) for row in rng.normal(size=(corners, 3)).tolist()])
     value = Oracle(contact, cycle, f, most=most).largest()
     for simplify in (True, False):
-        limit = fo.shakedown_limit(contact, cycle, f, slip_bound=most, simplify=simplify)
+        options = {"slip_bound": most, "simplify": simplify}
+        limit = fo.ShakedownModel(contact, cycle, **options).of_set(pose(contact, cycle, f, **options))  # all nodes closed
         assert limit.load_factor == pytest.approx(value, rel=rel, abs=rel / 10, nan_ok=True) and limit.residual <= 1e-9
         if limit.kind is not fo.LimitKind.FINITE:
             continue

@@ -66,7 +66,8 @@ def test_smooth_nodes_whose_shear_is_steady_have_the_limit_that_polygons_find(se
 def test_a_node_that_alone_keeps_the_limit_at_zero_is_named(friction, pressure, corners, why):
     bonded = {"P": np.r_[0.1, -0.2, 0.0, 0.1, pressure], "X": [1.0, 1.0, 0.5, 0.2, 0, 0], "Z": [0, 0, 0, 0, 0.1, -0.2]}
     S = np.kron(np.eye(3), [[2.0, -1.0], [-1.0, 2.0]])
-    limit = fo.shakedown_limit(fo.ContactSystem(S, [[0, 0, 0], [1, 0, 0]], bonded), fo.LoadCycle({"P": 1.0}, corners), friction)
+    asked = fo.ContactSystem(S, [[0, 0, 0], [1, 0, 0]], bonded), fo.LoadCycle({"P": 1.0}, corners)
+    limit = fo.ShakedownModel(*asked).of_set(pose(*asked, friction))  # all nodes closed
     assert (limit.load_factor, limit.kind) == (0.0, fo.LimitKind.FINITE) and limit.reason.endswith(why)
     assert limit.bound == pytest.approx(0.0, abs=1e-12) and set(limit.mechanism["node"]) == {int(why[5])}
 

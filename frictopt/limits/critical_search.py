@@ -137,9 +137,9 @@ class CriticalSearch:
 
     def _program(self, highest: bool) -> Program:
         if highest not in self._programs:
-            task, x = self._task, replace(self._x)  # each listing has gaps of its own
+            task, x = self._task, self._x
 
-            def friction(corners: list[int]) -> list[Row]:
+            def friction(x: Unknowns, corners: list[int]) -> list[Row]:
                 return stuck(x, self._f, corners, task.little, None if task.fixed else self._loose)
 
             program = listed_rows(task, x, self._f, every=bool(self._own), friction=friction)

@@ -97,8 +97,10 @@ class GuaranteedModel(SafeModel):
         return self._shown(self.of_any_set(self._posed(friction), listed("constraints", constraints)))
 
     def of_any_set(self, task: Question, own: Sequence[cp.Constraint] = ()) -> GuaranteedLimit:
-        """The limit with all nodes closed, or of those which the mean load leaves closed, as the shakedown limit is."""
-        shakedown = self._shakedown.of_any_set(task, own)
+        """The limit with all nodes closed, if that is safe from the mean load on; else with those open that the best pattern leaves open."""
+        shakedown = self._shakedown.of_set(task, own)
+        if shakedown.kind is LimitKind.NO_SAFE_SLIP or shakedown.least > 0:
+            shakedown = self._shakedown.of_any_set(task, own)
         if shakedown.kind is not LimitKind.NO_SAFE_SLIP and np.isnan(shakedown.least):
             raise SolverError(f"guaranteed limit: {shakedown.reason}")
         task = replace(task, open=shakedown.open)

@@ -1,7 +1,7 @@
 """A listing with all that its solution needs: unknowns, friction, the user's own rows, units, and what its multipliers mean."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -199,12 +199,13 @@ class Program:
 
 
 def listed_rows(
-    task: Question, x: Unknowns, f: cp.Parameter, *, every: bool = False, friction: Callable[[list[int]], list[Row]] | None = None, more: Any = None
+    task: Question, x: Unknowns, f: cp.Parameter, *, every: bool = False, friction: Callable[[Unknowns, list[int]], list[Row]] | None = None, more: Any = None
 ) -> Program:
     """The rows of a question: at the corners that are no mean of others, unless all are asked for."""
     corners = outer_corners(task.cycle) if task.simplify and not every else list(range(len(task.r1)))
+    x = replace(x)  # each listing has gaps of its own
     rows = rest(task, x, corners, more)
-    rows += stuck(x, f, corners, task.little) if friction is None else friction(corners)
+    rows += stuck(x, f, corners, task.little) if friction is None else friction(x, corners)
     rows += within(x, named(task.most, "slip_bound")) if task.most is not None else []
     f.value = task.friction
     return Program(task, x, f, corners, rows)

@@ -238,7 +238,7 @@ def best_pressed(system: ContactSystem, cycle: LoadCycle, load_factor: float, sl
     """
     task, least = pose(system, cycle, 0.0, slip_bound=slip_bound), cp.Variable(name="least")
     x = unknowns(system.slip_shape, range(len(cycle.corners)), cp.Parameter(nonneg=True, name="load_factor", value=load_factor))
-    program = listed_rows(task, x, cp.Parameter(system.nodes, nonneg=True, name="f"), friction=lambda corners: [])
+    program = listed_rows(task, x, cp.Parameter(system.nodes, nonneg=True, name="f"), friction=lambda *_: [])
     program.compiled(most_pressed(x, least, task.force, program.corners, program.rows), 1.0)
 
     def judged() -> Pressing:

@@ -107,7 +107,8 @@ class SafeModel:
             problem = goal(listed)
             if objective is not None:
                 problem = cp.Problem(cp.Maximize(checked_objective(objective, self._unknowns)), problem.constraints)
-            self._programs.clear()  # one at a time: each has dense matrices
+            for old in list(self._programs)[:-1]:  # two at a time, with own rows and without: each has dense matrices
+                del self._programs[old]
             self._programs[key] = listed.compiled(problem, unit)
         program: Program = self._programs[key]
         for place, part in [(place, row) for place, group in program.own.items() for row in group] + [("objective", objective)] * (

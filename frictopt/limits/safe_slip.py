@@ -73,9 +73,9 @@ class SafeSlipModel(SafeModel):
     def _safe(self, task: Question, load_factor: float, own: Sequence[cp.Constraint] = ()) -> SafeSlip:
         """The slip with the largest margin, with given nodes open."""
 
-        def friction(corners: list[int]) -> list[Row]:
+        def friction(x: models.Unknowns, corners: list[int]) -> list[Row]:
             spare = models.called(cp.multiply(self.margin, self._spare), "margin * mean_bound")
-            return models.inside(self._x, self._f, corners, spare, self.margin * self._apart, task.little)
+            return models.inside(x, self._f, corners, spare, self.margin * self._apart, task.little)
 
         self._spare.value, self._apart.value, self.load_factor.value = task.mean_bound * ~task.open, task.clearance, load_factor
         program = self._program(task, own, None, lambda each: models.safe_slip(self.margin, each.rows), "safe slip", 1.0, friction=friction)

@@ -91,7 +91,9 @@ class Scaling:
 
 
 def _weights(s: Array, z: Array) -> tuple[Array, Array]:
-    """The unit vector w (n, d), and eta (n,), with `w = W e / eta`."""
+    """The unit vector w (n, d), and eta (n,), with `w = W e / eta`; an ArithmeticError at the end of a cone."""
+    if not min(_square(s).min(), _square(z).min()) > 0:
+        raise ArithmeticError("rounding leaves the point at the end of a cone")
     sizes = np.sqrt(_square(s)), np.sqrt(_square(z))
     s, z = s / sizes[0][:, None], z / sizes[1][:, None]
     middle = np.sqrt((1 + (s * z).sum(axis=1)) / 2)

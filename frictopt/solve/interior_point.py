@@ -11,6 +11,7 @@ corrected in the equations on the left. The steps are those of Mehrotra on the h
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -90,8 +91,9 @@ def _solved(program: Condensed, cones: Cones, above: float = -np.inf) -> tuple[s
     for step in range(_STEPS):
         off = _Residuals(program, at, cones.degree)
         if newton and (off.apart <= _MENDED or off.bound <= above) and off.error > _ENOUGH:
-            mended = newton.mended(at, off)
-            at, off = min((at, off), (mended, _Residuals(program, mended, cones.degree)), key=lambda found: found[1].error)
+            with suppress(ArithmeticError):  # at the end of a cone
+                mended = newton.mended(at, off)
+                at, off = min((at, off), (mended, _Residuals(program, mended, cones.degree)), key=lambda found: found[1].error)
         proof, lack = ((off.without_optimum, at), off.lack) if off.lack < lack else (proof, lack)
         if lack <= (_ENOUGH if at.tau > _NO_OPTIMUM * at.kappa else _NEARLY):
             return proof[0], proof[1].y, proof[1].z, step

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contact import RESIDUAL, ContactState, ContactSystem, LoadCycle, bar_of, checked_system, parted
+from ..contact import RESIDUAL, ROUNDING, ContactState, ContactSystem, LoadCycle, bar_of, checked_system, parted
 from ..contact.checks import Array, Booleans, choice, flag, frozen, warns_of_odd_values, whole_number
 from ..errors import ModelError, NoContinuation, SolverError
 from .begin import OPEN
@@ -243,4 +243,5 @@ def open_at_rest(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -
 def _gap(path: ExactPath | SteppedPath) -> NDArray[np.float64]:
     """(N,) gaps of the present state."""
     _, opened = parted(path.state.u, path.system.tangents + 1)
-    return np.where(path.state.status == OPEN, (opened + path.system.gap).clip(0.0), 0.0)
+    gap = np.where(path.state.status == OPEN, (opened + path.system.gap).clip(0.0), 0.0)
+    return np.where(gap > ROUNDING * gap.max(), gap, 0.0)

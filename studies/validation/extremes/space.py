@@ -19,7 +19,7 @@ _TURNING = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Q
 def space_probes(sizes: Sizes) -> Iterator[Probe]:
     """All questions."""
     scene = fo.scenes.SquarePunch(elements=min(4, sizes.elements // 4), growth=2.0)
-    for f in (0.01, 0.1, 0.5, 2.0, 10.0):
+    for f in (0.01, 0.1, 0.5, 2.0, 5.0):  # all nodes closed; with more, a pattern of open ones carries more
         yield from _limits("friction, 3-D", f"f = {f:g}", scene, f)
     for ratio in (1e-4, 1e-2, 1e2, 1e4):
         yield from _limits("stiffness of punch over block, 3-D", f"{ratio:g}", replace(scene, punch_material=fo.Material(ratio)), 0.5)
