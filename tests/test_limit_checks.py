@@ -1,6 +1,5 @@
 """The checks that stand between a solver and an answer: solvers that lie in one respect are found out, bounds hold where they are not settled."""
 
-
 import cvxpy as cp
 import numpy as np
 import pytest

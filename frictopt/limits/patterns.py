@@ -58,20 +58,25 @@ def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLi
     climb()
     wants = len(tried) > 1
     if wants or not closed.least <= 0:
-        for opened in _settled(task, wants):
+        for opened in _settled(task, wants, counts(best)):
             gains(opened)
         climb()
     return best
 
 
-def _settled(task: Question, wants: bool) -> Iterator[Booleans]:
+def _settled(task: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
     """What the mean load leaves open, with the friction and with parts of it: where it opens none, only if a node `wants` to open."""
     for share in _SHARES:
-        with suppress(SolverError):  # of the way to the mean load: the search has one set less to begin with
-            if (opened := open_under_mean(replace(task, friction=share * task.friction))) is not None:
-                yield opened
-            elif share == 1.0 and not wants:
-                return
+        try:
+            opened = open_under_mean(replace(task, friction=share * task.friction))
+        except SolverError:  # of the way to the mean load: the search has one set less to begin with
+            if share == 1.0 and not safe:  # nothing else is known to rest
+                raise
+            continue
+        if opened is not None:
+            yield opened
+        elif share == 1.0 and not wants:
+            return
 
 
 def _next_to(best: ShakedownLimit) -> Iterator[Booleans]:

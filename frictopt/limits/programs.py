@@ -199,7 +199,7 @@ class Program:
 
 
 def listed_rows(
-    task: Question, x: Unknowns, f: cp.Parameter, *, every: bool = False, friction: Callable[[Unknowns, list[int]], list[Row]] | None = None, more: Any = None
+    task: Question, x: Unknowns, f: cp.Parameter, *, every: bool = False, friction: Callable[..., list[Row]] | None = None, more: Any = None
 ) -> Program:
     """The rows of a question: at the corners that are no mean of others, unless all are asked for."""
     corners = outer_corners(task.cycle) if task.simplify and not every else list(range(len(task.r1)))
