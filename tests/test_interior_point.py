@@ -3,12 +3,13 @@
 import cvxpy as cp
 import numpy as np
 import pytest
+from scipy.sparse import csr_array
 
 import frictopt as fo
 from frictopt.solve import chain, interior_point
+from frictopt.solve.arrays import Arrays
 from frictopt.solve.compiled import Compiled
-from frictopt.solve.condensed import Equations, _factor
-from frictopt.solve.cones import Scaling
+from frictopt.solve.interior_point import Condensed, Cones, Equations, Scaling, _factor
 from spatial import cycle, random_contact, vectors
 
 
@@ -37,10 +38,16 @@ def planted(rng, n, numbers, circles, defined):
     return cp.Problem(cp.Maximize((total - G.T @ of_g) @ x + of_g @ g), [*rows, g == G @ x + 1.0]), float((total - G.T @ of_g) @ z0 + of_g @ g0)
 
 
+def arrays(program):
+    """A compiled program without dense equations as solvers take it, nothing reduced."""
+    sizes = np.r_[np.ones(program.nonneg, dtype=int), np.array(program.soc, dtype=int)]
+    return Arrays(program.matrix, np.zeros((0, len(program.cost))), program.right, program.cost, program.zero, sizes)
+
+
 def ours(problem, above=-np.inf):
     """Status, value and proven bound of a largest objective."""
     program = Compiled(problem)
-    status, x, y = interior_point.interior_point(program.matrix, program.right, program.cost, program.zero, program.nonneg, program.soc, above)
+    status, x, y = interior_point.interior_point(arrays(program), above)
     at = program.zero
     for size in [1] * program.nonneg + program.soc:  # multipliers in their cones, or they prove nothing
         assert y[at] >= np.linalg.norm(y[at + 1 : at + size]) * (1 - 1e-12)
@@ -130,7 +137,7 @@ def test_a_node_alone_has_too_few_variables_for_its_equations():
     S = [[2.0, 0.0, 0.3], [0.0, 2.0, 0.1], [0.3, 0.1, 1.0]]
     node = fo.ContactSystem(S, [[0, 0, 0]], {"P": [0, 0, 1], "Q": [1, 0, 0.5], "R": [0, 1, 0.5]})
     loads = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}, {"R": 1.0}])
-    with pytest.raises(fo.SolverError, match="INTERIOR_POINT: fewer variables than equations, but for those that all nodes share"):
+    with pytest.raises(fo.SolverError, match="INTERIOR_POINT: as many equations as unknowns"):
         fo.guaranteed_limit(node, loads, 0.5, solver="INTERIOR_POINT")
     assert 0 < fo.guaranteed_limit(node, loads, 0.5).load_factor < np.inf
 
@@ -167,14 +174,6 @@ def test_where_rounding_leaves_no_step_it_ends_close_to_an_optimum_and_gives_up_
         assert found == pytest.approx([optimum] * 2, rel=1e-5)
 
 
-def test_a_contact_without_soft_slips_keeps_the_inverse_of_its_equations_to_the_end(monkeypatch):
-    asked, honest = [], interior_point._solved
-    monkeypatch.setattr(interior_point, "_solved", lambda *program: asked.append(program[0]) or honest(*program))
-    loads = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
-    limit = fo.shakedown_limit(fo.scenes.SquarePunch(elements=4).condense(), loads, 0.5, simplify=False, solver="INTERIOR_POINT")
-    assert limit.residual <= 1e-9 and asked[0].inverted
-
-
 def test_under_a_stiff_punch_no_step_spoils_more_of_the_multipliers_than_it_mends():
     punch = fo.scenes.SquarePunch(elements=9, punch_material=fo.Material(1e2))
     turning = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}])
@@ -184,24 +183,21 @@ def test_under_a_stiff_punch_no_step_spoils_more_of_the_multipliers_than_it_mend
 
 def inside(rng, cones, depth):
     """A vector within cones, at most `depth` of its size from their boundary."""
-    found = np.empty(cones.size)
-    for group in cones.groups:
-        side = rng.normal(size=(len(group), group.shape[1] - 1))
-        side *= (1 - depth * rng.uniform(0.5, 1.0, (len(side), 1))) / np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-300)
-        found[group] = np.column_stack([np.ones(len(side)), side]) * rng.uniform(0.5, 2.0, (len(side), 1))
-    return found
+    found = cones.tail * rng.normal(size=cones.size)
+    side = np.sqrt(cones.sums(found**2))
+    found *= ((1 - depth * rng.uniform(0.5, 1.0, cones.degree)) / np.where(side > 0, side, 1.0))[cones.of]
+    return (found + cones.unit) * rng.uniform(0.5, 2.0, cones.degree)[cones.of]
 
 
-@pytest.mark.parametrize("depth", [1.0, 1e-3, 1e-9])
-@pytest.mark.parametrize("inverted", [True, False])
-def test_the_equations_of_a_step_hold_whichever_way_they_are_solved(inverted, depth, monkeypatch):
-    """Against one dense solve. By the end of this limit slacks and multipliers have spoilt the inverse, which is noticed."""
-    rng, asked, honest = np.random.default_rng(4), [], interior_point._solved
-    monkeypatch.setattr(interior_point, "_solved", lambda *program: asked.append(program) or honest(*program))
-    fo.shakedown_limit(random_contact(rng, 12), cycle(), 0.4, solver="INTERIOR_POINT")
-    program, cones, _ = asked[0]
-    assert not program.inverted
-    n, program.inverted = len(program.objective), inverted
+@pytest.mark.parametrize("depth", [1.0, 1e-3, 1e-5])
+@pytest.mark.parametrize("zero", [0, 2])
+def test_the_equations_of_a_step_hold(zero, depth):
+    """Against one dense solve, of all rows on the unknowns that the equations leave, a row that counts as dense and cones of several sizes."""
+    rng, sizes = np.random.default_rng(4), np.array([1, 1, 2, 3, 3, 4] * 5)
+    rows, block = zero + int(sizes.sum()), rng.normal(size=(4, 9))
+    sparse = csr_array(rng.normal(size=(rows, 13)) * (rng.random((rows, 13)) < 0.3))
+    whole = Arrays(sparse, block, rng.normal(size=rows), rng.normal(size=9), zero, sizes)
+    program, cones, n = Condensed(whole), Cones(sizes), 9 - zero
     scaling = Scaling(cones, inside(rng, cones, depth), depth * inside(rng, cones, depth))
     u, v = rng.normal(size=n), rng.normal(size=cones.size)
     y, z = Equations(program, scaling).solved(u, v)
@@ -209,3 +205,8 @@ def test_the_equations_of_a_step_hold_whichever_way_they_are_solved(inverted, de
     square = np.column_stack([scaling.times(scaling.times(e)) for e in np.eye(cones.size)])
     exact = np.linalg.solve(np.block([[np.zeros((n, n)), A.T], [A, -square]]), np.r_[u, v])
     assert np.r_[y, z] == pytest.approx(exact, rel=1e-6, abs=1e-6 * np.abs(exact).max())
+    assert program.columns(v) == pytest.approx(A.T @ v)
+    x = program.whole(y, z)[0]
+    assert (whole.matrix @ x)[:zero] == pytest.approx(whole.right[:zero])
+    assert whole.right[zero:] - (whole.matrix @ x)[zero:] == pytest.approx(program.right - A @ y)
+    assert whole.cost @ x == pytest.approx(program.objective @ y + program.constant)

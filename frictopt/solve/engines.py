@@ -77,9 +77,8 @@ def _by_clarabel(program: Arrays, solver: str, above: float) -> tuple[str, Array
 
 
 def _by_interior_point(program: Arrays, solver: str, above: float) -> tuple[str, Array, Array]:
-    wide = _Wide(program)
-    status, x, y = interior_point(wide.matrix, wide.right, wide.cost, wide.zero, wide.nonneg, wide.soc, above)
-    return _SAID.get(status, status), *wide.back(x, y)
+    status, x, y = interior_point(program, above)
+    return _SAID.get(status, status), x, y
 
 
 _ENGINES: Mapping[str, Callable[[Arrays, str, float], tuple[str, Array, Array]]] = MappingProxyType(

@@ -1,25 +1,24 @@
-"""Cone programs of one dense block and many small cones, by an interior point on condensed normal equations.
+"""Large cone programs of one dense block and many small cones, by an interior point on condensed normal equations.
 
-A contact in space has one dense block of rows, which says what pressures a slip makes, and a small cone for each node at each corner of the load
+A contact in space has one dense block of rows, which says what tractions a slip makes, and a small cone for each node at each corner of the load
 cycle. With `min c'y` over the `s = h - A y` in cones, whose multipliers z are in cones too, and with W the scaling of s and z, a step solves::
 
-    A' z = u,   A y - W^2 z = v   by   (A' W^-2 A) y = u + A' W^-2 v
+    A' z = u,   A y - W^2 z = v   by   (A' W^-2 A) y = u + A' W^-2 v,   A y = sparse [y, block y]
 
-so that whatever the number of cones there is one dense matrix, one product and one Cholesky factorisation, see `Condensed`. Their errors are
+so that whatever the number of cones there is one dense matrix of the size of y, one product and one Cholesky factorisation. Their errors are
 corrected in the equations on the left. The steps are those of Mehrotra on the homogeneous embedding, which also finds that there is no optimum
-(Andersen, Roos & Terlaky 2003).
+(Andersen, Roos & Terlaky 2003), with the scaling of Nesterov & Todd (1997).
 """
 
-from collections.abc import Sequence
-from contextlib import suppress
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.linalg import qr
+from scipy.linalg.lapack import dpotrf, dpotrs
+from scipy.sparse import csr_array, dia_array, hstack
 
-from ..contact import FLOOR, Array
-from .condensed import Condensed, Equations
-from .cones import Cones, Scaling
+from ..contact import FLOOR, Array, Integers
+from .arrays import Arrays
 
 _STEPS = 100
 _ENOUGH = 1e-11  # errors with which it ends, see `_Residuals.error`
@@ -30,29 +29,180 @@ _NEARLY = 1e-7  # errors up to which it ends where rounding leaves no further st
 _NO_OPTIMUM = 1e-12  # tau over kappa up to which there is no optimum, and rounding is all that the proof lacks
 _STAY = 0.98  # share of the way to the boundary of the cones
 _SURELY = 1e6  # times the error of a bound that it must bear: it holds for unknowns so many times as large
+_LONG = 0.2  # share of the unknowns from which on a row counts as dense
+_ROWS = 250  # rows in a part of the product, of which only the lower triangle is computed
+_SHIFTS = (1e-14, 1e-13, 1e-12, 1e-11)  # of the diagonal, over itself: the first with which rounding leaves the equations a factor
+_CORRECT, _HELPS = 1e-13, 0.1  # error of the equations from which on none is corrected, and what a correction leaves of it, unless all is rounding
 
 
-def interior_point(
-    matrix: csr_array, right: Array, cost: Array, zero: int, nonneg: int, soc: Sequence[int], above: float = -np.inf
-) -> tuple[str, Array, Array]:
-    """Status, in the words of Clarabel, variables and multipliers of `min cost @ x` over the x whose slacks `right - matrix @ x` are in cones.
+def interior_point(program: Arrays, above: float = -np.inf) -> tuple[str, Array, Array]:
+    """Status, in the words of Clarabel, x and multipliers of a program.
 
-    The first slacks are zero, the next ones >= 0, and the rest are in cones of the sizes `soc`. It ends early where multipliers prove that the
-    largest `-cost @ x` is not `above` a number.
+    It ends early where multipliers prove that the largest `-cost @ x` is not `above` a number.
     """
-    sizes = np.array(soc, dtype=int)
-    starts = nonneg + np.cumsum(sizes) - sizes
-    groups = [np.arange(nonneg)[:, None], *(starts[sizes == d][:, None] + np.arange(d) for d in np.unique(sizes))]
     try:
-        program = Condensed(csr_array(matrix), right, cost, zero)
-        status, y, z, _ = _solved(program, Cones([group for group in groups if group.size]), above + program.constant)
+        condensed = Condensed(program)
+        status, y, z, _ = _solved(condensed, Cones(program.sizes), above + condensed.constant)
     except (ArithmeticError, np.linalg.LinAlgError) as error:  # rounding; or of equations that depend on each other
-        return str(error), np.zeros(len(cost)), np.zeros(len(right))
-    return status, *program.whole(y, z)
+        return str(error), np.zeros(len(program.cost)), np.zeros(len(program.right))
+    return status, *condensed.whole(y, z)
 
 
-@dataclass(frozen=True)
-class _Point:
+class Condensed:
+    """A program without the unknowns for which its equations are solved: the rows `right - A y` in cones, and `objective @ y + constant`.
+
+    A LinAlgError says that the equations depend on each other, or leave no unknown.
+    """
+
+    def __init__(self, program: Arrays) -> None:
+        width, zero = len(program.cost), program.zero
+        if zero >= width:
+            raise np.linalg.LinAlgError("as many equations as unknowns")
+        equations = program.matrix[:zero].toarray() if zero else np.zeros((0, width))
+        self._pivots = qr(equations, mode="r", pivoting=True)[1][:zero] if zero else np.arange(0)
+        self._kept, self._square, self._program = np.setdiff1d(np.arange(width), self._pivots), equations[:, self._pivots], program
+        self._start, self._rest = (np.linalg.solve(self._square, part) for part in (program.right[:zero], -equations[:, self._kept]))
+        rows, dense = program.sparse[zero:], program.block[:, self._pivots]
+        own, others = csr_array(rows[:, self._kept]), (rows[:, width:], rows[:, self._pivots])
+        long = np.diff(own.indptr) > _LONG * len(self._kept)  # such as those of nodes that balance free bodies: they would fill the sparse products
+        chosen = csr_array((np.ones(long.sum()), (np.flatnonzero(long), np.arange(long.sum()))), shape=(len(long), int(long.sum())))
+        self.block = np.vstack([program.block[:, self._kept] + dense @ self._rest, self._rest, own[long].toarray()])
+        self.sparse = csr_array(hstack([own.multiply(~long[:, None]), *others, chosen]))
+        self.transposed = csr_array(self.sparse.T)
+        self.right = program.right[zero:] - hstack(others) @ np.r_[dense @ self._start, self._start]
+        self.objective = program.cost[self._kept] + self._rest.T @ program.cost[self._pivots]
+        self.constant = float(program.cost[self._pivots] @ self._start)
+
+    def rows(self, y: Array) -> Array:
+        """`A y`."""
+        return np.asarray(self.sparse @ np.concatenate([y, self.block @ y]))
+
+    def columns(self, z: Array) -> Array:
+        """`A' z`."""
+        work = self.transposed @ z
+        return np.asarray(work[: len(self._kept)] + work[len(self._kept) :] @ self.block)
+
+    def whole(self, y: Array, z: Array) -> tuple[Array, Array]:
+        """The x and multipliers of the program."""
+        program, x = self._program, np.empty(len(self._program.cost))
+        x[self._kept], x[self._pivots] = y, self._start + self._rest @ y
+        work = program.sparse[program.zero :].T @ z
+        off = program.cost + work[: len(x)] + work[len(x) :] @ program.block
+        return x, np.concatenate([-np.linalg.solve(self._square.T, off[self._pivots]), z])
+
+
+class Cones:
+    """A product of cones `|s[1:]| <= s[0]` of these sizes, one after the other; a number >= 0 is one of size 1."""
+
+    def __init__(self, sizes: Integers) -> None:
+        self.heads, self.of = np.cumsum(sizes) - sizes, np.repeat(np.arange(len(sizes)), sizes)
+        self.size, self.degree, self.unit = len(self.of), len(sizes), np.zeros(len(self.of))
+        self.unit[self.heads] = 1.0
+        self.tail, self.turned = 1.0 - self.unit, 2 * self.unit - 1.0  # masks: of all parts but the first; that turn these
+
+    def sums(self, x: Array) -> Array:
+        """The sum over the parts of each cone."""
+        return np.add.reduceat(x, self.heads)
+
+    def square(self, x: Array) -> Array:
+        """`x[0]^2 - |x[1:]|^2` of each cone, without most of its rounding."""
+        size = np.sqrt(self.sums(self.tail * x**2))
+        return np.asarray((x[self.heads] - size) * (x[self.heads] + size))
+
+    def product(self, one: Array, other: Array) -> Array:
+        """Jordan's product `one o other`."""
+        found = one[self.heads][self.of] * other + other[self.heads][self.of] * one
+        found[self.heads] = self.sums(one * other)
+        return found
+
+    def quotient(self, one: Array, other: Array) -> Array:
+        """The x with `one o x = other`."""
+        first = self.sums(self.turned * one * other) / self.square(one)
+        found = (other - first[self.of] * one) / one[self.heads][self.of]
+        found[self.heads] = first
+        return found
+
+
+class Scaling:
+    """The symmetric W with `W z = W^-1 s = point`, for s and z within the cones.
+
+    For each cone W is `eta (2 v v' - J)` with some v, J the reflection that turns all but the first part; `w = W e / eta` is its unit vector.
+    """
+
+    def __init__(self, cones: Cones, s: Array, z: Array) -> None:
+        self._cones, sizes = cones, (np.sqrt(cones.square(s)), np.sqrt(cones.square(z)))
+        s, z = s / sizes[0][cones.of], z / sizes[1][cones.of]
+        middle = np.sqrt((1 + cones.sums(s * z)) / 2)
+        self._w, self._eta = (s + cones.turned * z) / (2 * middle[cones.of]), np.sqrt(sizes[0] / sizes[1])
+        self.point = self.times(z * sizes[1][cones.of])
+
+    def times(self, x: Array, sense: float = 1.0) -> Array:
+        """`W x`."""
+        cones, w = self._cones, self._w
+        first, along, least = x[cones.heads], cones.sums(cones.tail * w * x), w[cones.heads]
+        found = x + (sense * first + along / (1 + least))[cones.of] * w
+        found[cones.heads] = least * first + sense * along
+        return np.asarray(found * (self._eta**sense)[cones.of])
+
+    def over(self, x: Array) -> Array:
+        """`W^-1 x`."""
+        return self.times(x, -1.0)
+
+    def inverse_square(self, sparse: csr_array) -> csr_array:
+        """`sparse' W^-2 sparse`: for each cone W^-2 is `(2 v v' - J) / eta^2` with the v that w is when turned."""
+        cones, by = self._cones, 1 / self._eta[self._cones.of]
+        across = csr_array((np.sqrt(2.0) * by * cones.turned * self._w, np.arange(cones.size), np.r_[cones.heads, cones.size])) @ sparse
+        return csr_array(across.T @ across - sparse.T @ (dia_array((cones.turned * by**2, 0), shape=(cones.size,) * 2) @ sparse))
+
+    def longest(self, direction: Array) -> float:
+        """The largest step from `point` in a direction that stays within the cones."""
+        cones, size = self._cones, np.sqrt(self._cones.square(self.point))[self._cones.of]
+        point, along = self.point / size, direction / size
+        ahead = cones.sums(cones.turned * point * along)
+        turn = (ahead + along[cones.heads]) / (point[cones.heads] + 1)
+        aside = np.sqrt(cones.sums(cones.tail * (along - turn[cones.of] * point) ** 2))
+        steepest = float((aside - ahead).max(initial=0.0))
+        return 1 / steepest if steepest > 0 else np.inf
+
+
+class Equations:
+    """The equations `A' z = u` and `A y - W^2 z = v` of a step; an ArithmeticError says that they have no factor."""
+
+    def __init__(self, program: Condensed, scaling: Scaling) -> None:
+        self._program, self._scaling, block, n = program, scaling, program.block, program.block.shape[1]
+        weights = scaling.inverse_square(program.sparse)
+        across = weights[n:, :n]
+        half, matrix = across + weights[n:, n:] @ block, weights[:n, :n] + across.T @ block
+        for start in range(0, n, _ROWS):
+            rows = slice(start, start + _ROWS)
+            matrix[rows, : rows.stop] += block[:, rows].T @ half[:, : rows.stop]
+        self._factor = _factor(matrix.T)
+
+    def solved(self, u: Array, v: Array) -> tuple[Array, Array]:
+        """The y and z, whose errors are corrected in the equations themselves."""
+        program, over, times = self._program, self._scaling.over, self._scaling.times
+        y, z, left, right, before = np.zeros(len(u)), np.zeros(len(v)), u, v, np.inf
+        size = max(float(np.abs(u).max()), float(np.abs(v).max()))
+        while _CORRECT * size < (error := max(float(np.abs(left).max()), float(np.abs(right).max()))) < _HELPS * before:
+            before = error
+            more = dpotrs(self._factor, left + program.columns(over(over(right))))[0]
+            y, z = y + more, z + over(over(program.rows(more) - right))
+            left, right = u - program.columns(z), v - program.rows(y) + times(times(z))
+        return y, z
+
+
+def _factor(matrix: Array) -> Array:
+    """The Cholesky factor, upper, of the upper triangle of a matrix in the order of columns."""
+    diagonal = matrix.diagonal().copy()
+    for shift in _SHIFTS:
+        np.fill_diagonal(matrix, diagonal * (1 + shift))
+        factor, failed = dpotrf(matrix)
+        if not failed:
+            return np.asarray(factor)
+    raise ArithmeticError("the equations of a step have no factor")
+
+
+class _Point(NamedTuple):
     """A point of the embedding: y, s, z and its two numbers tau and kappa, one of which vanishes in the end."""
 
     y: Array
@@ -62,8 +212,7 @@ class _Point:
     kappa: float
 
     def moved(self, by: "_Point", step: float) -> "_Point":
-        parts = ((self.y, by.y), (self.s, by.s), (self.z, by.z), (self.tau, by.tau), (self.kappa, by.kappa))
-        return _Point(*(part + step * change for part, change in parts))  # type: ignore[arg-type]
+        return _Point(*(part + step * change for part, change in zip(self, by, strict=True)))
 
 
 class _Residuals:
@@ -91,9 +240,8 @@ def _solved(program: Condensed, cones: Cones, above: float = -np.inf) -> tuple[s
     for step in range(_STEPS):
         off = _Residuals(program, at, cones.degree)
         if newton and (off.apart <= _MENDED or off.bound <= above) and off.error > _ENOUGH:
-            with suppress(ArithmeticError):  # at the end of a cone
-                mended = newton.mended(at, off)
-                at, off = min((at, off), (mended, _Residuals(program, mended, cones.degree)), key=lambda found: found[1].error)
+            mended = newton.mended(at, off)
+            at, off = min((at, off), (mended, _Residuals(program, mended, cones.degree)), key=lambda found: found[1].error)
         proof, lack = ((off.without_optimum, at), off.lack) if off.lack < lack else (proof, lack)
         if lack <= (_ENOUGH if at.tau > _NO_OPTIMUM * at.kappa else _NEARLY):
             return proof[0], proof[1].y, proof[1].z, step
@@ -146,7 +294,7 @@ class _Newton:
 
     def mended(self, at: _Point, off: _Residuals) -> _Point:
         """A later point without what it misses of rows and multipliers alone, which is not lost in the rounding of a whole step."""
-        y, z = self._solve(-off.dual, -off.primal, last=True)
+        y, z = self._solve(-off.dual, -off.primal)
         way, scaling = _Point(y, -off.primal - self._program.rows(y), z, 0.0, 0.0), Scaling(self._cones, at.s, at.z)
         return at.moved(way, min(1.0, _STAY * min(scaling.longest(scaling.over(way.s)), scaling.longest(scaling.times(way.z)))))
 
