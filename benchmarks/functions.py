@@ -15,7 +15,7 @@ from pathlib import Path
 from types import CodeType, FrameType
 
 import frictopt as fo
-from frictopt.solve.engines import run
+from frictopt.solve.solvers import run
 
 PACKAGE = Path(fo.__file__).parent
 SOLVE = run.__code__

@@ -6,8 +6,8 @@ from scipy.optimize import nnls
 
 from frictopt.solve import chain
 from frictopt.solve import solvers as policy
-from frictopt.solve.engines import OPTIMAL
 from frictopt.solve.reduced import Reduced
+from frictopt.solve.solvers import OPTIMAL
 
 HONEST, TOLD, BY_CVXPY = chain.run, Reduced.back, policy._run
 

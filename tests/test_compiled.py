@@ -13,13 +13,11 @@ from frictopt.contact import SolveRecord
 from frictopt.limits.models import named
 from frictopt.solve import chain as chains
 from frictopt.solve import reduced as reductions
+from frictopt.solve.arrays import polish
 from frictopt.solve.chain import Chain
-from frictopt.solve.compiled import Compiled
-from frictopt.solve.engines import run
-from frictopt.solve.inverse import by_inverse, unresisted
-from frictopt.solve.polish import polish
+from frictopt.solve.compiled import Compiled, by_inverse, unresisted
 from frictopt.solve.reduced import Reduced
-from frictopt.solve.solvers import NoOptimum
+from frictopt.solve.solvers import NoOptimum, run
 from spatial import cycle as space_cycle
 from spatial import random_contact
 from systems import CYCLE, SEEDS, random_system
@@ -72,7 +70,7 @@ def test_a_program_with_dense_blocks_is_the_one_that_cvxpy_compiles_of_the_whole
     compiled, rng = Compiled(problem), np.random.default_rng(seed)
     assert len(compiled.blocks) == 2
     theirs = columns(problem, data["param_prob"])
-    mine = columns(problem, SimpleNamespace(var_id_to_col=compiled._columns, x=SimpleNamespace(size=len(compiled.cost))))
+    mine = columns(problem, SimpleNamespace(var_id_to_col=compiled.columns, x=SimpleNamespace(size=len(compiled.cost))))
     (matrix, kept), A = whole(compiled), data["A"].toarray()
     assert sorted(mine) == sorted(theirs) == list(range(len(compiled.cost)))
     assert compiled.cost[mine] == pytest.approx(data["c"][theirs])

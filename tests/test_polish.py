@@ -9,10 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import null_space
 
-from frictopt.solve import engines
-from frictopt.solve.arrays import Arrays
+from frictopt.solve import solvers
+from frictopt.solve.arrays import Arrays, _Active, polish
 from frictopt.solve.compiled import Compiled, Proof, proof
-from frictopt.solve.polish import _Active, _Form, polish
 
 
 def random_program(rng, equations):
@@ -35,8 +34,8 @@ def arrays(compiled):
 def solved(problem, tolerance):
     """The compiled program, and its solution as Clarabel leaves it that ends at a tolerance."""
     compiled = Compiled(problem)
-    with patch.dict(engines._CLARABEL, dict.fromkeys(["tol_gap_abs", "tol_gap_rel", "tol_feas"], tolerance)):
-        _, z, y = engines.run(arrays(compiled), "CLARABEL", -np.inf)
+    with patch.dict(solvers._CLARABEL, dict.fromkeys(["tol_gap_abs", "tol_gap_rel", "tol_feas"], tolerance)):
+        _, z, y = solvers.run(arrays(compiled), "CLARABEL", -np.inf)
     return compiled, z, y
 
 
@@ -99,9 +98,9 @@ def test_a_rough_solution_becomes_the_exact_one(seed, equations):
     problem = random_program(np.random.default_rng(seed), equations)
     best = problem.solve(solver="CLARABEL", tol_gap_abs=1e-10, tol_gap_rel=1e-10, tol_feas=1e-10)
     compiled, z, y = solved(problem, 1e-4)
-    rough = _Form(arrays(compiled), z, y).off(z, y)
+    rough = arrays(compiled).off(z, y)
     at, slopes = polish(arrays(compiled), z, y)
-    assert _Form(arrays(compiled), at, slopes).off(at, slopes) <= max(1e-11, 1e-6 * rough)
+    assert arrays(compiled).off(at, slopes) <= max(1e-11, 1e-6 * rough)
     told = proven(compiled, at, slopes)
     assert (told.value, told.bound) == pytest.approx((best, best), abs=1e-8) and arrays(compiled).violation(at) < 1e-10
 
@@ -112,7 +111,7 @@ def test_a_guess_from_which_no_way_leads_to_the_solution_is_made_no_worse(seed):
     program = arrays(Compiled(random_program(rng, bool(seed % 2))))
     z, y = rng.normal(size=len(program.cost)), program.admissible(rng.normal(size=len(program.right)))
     at, slopes = polish(program, z, y)
-    assert _Form(program, at, slopes).off(at, slopes) <= _Form(program, z, y).off(z, y)
+    assert program.off(at, slopes) <= program.off(z, y)
 
 
 @pytest.mark.parametrize("seed", range(1, 6))
@@ -123,7 +122,7 @@ def test_a_vertex_of_more_rows_than_unknowns_keeps_its_proof(seed):
     least = rows @ rng.uniform(0.2, 1.0, 2)  # of these multipliers, a combination of the columns
     program = arrays(Compiled(cp.Problem(cp.Maximize((rows.T @ least) @ z), [rows @ z <= rows @ vertex])))
     at, slopes = polish(program, vertex + 1e-7 * rng.standard_normal(2), least + 1e-6 * rng.random(5))
-    assert _Form(program, at, slopes).off(at, slopes) < 1e-12
+    assert program.off(at, slopes) < 1e-12
 
 
 def test_equations_of_a_boundary_that_meet_its_tip_have_an_answer():
@@ -131,21 +130,20 @@ def test_equations_of_a_boundary_that_meet_its_tip_have_an_answer():
     z = cp.Variable(3)
     program = arrays(Compiled(cp.Problem(cp.Maximize(-z[0]), [cp.SOC(z[0], z[1:])])))
     multipliers = np.array([1.0, -0.6, -0.8])
-    form = _Form(program, np.zeros(3), multipliers)
-    active = _Active(form, None, np.array([1.0, 0.6, 0.8]), multipliers, share=0.1)
+    active = _Active(program, np.array([1.0, 0.6, 0.8]), multipliers, share=0.1)
     found, y = active.solved(np.zeros(3), multipliers)
-    assert form.off(found, program.admissible(y)) < np.inf
+    assert program.off(found, program.admissible(y)) < np.inf
 
 
 def test_a_solution_at_the_tip_of_a_cone():
     z = cp.Variable(3)
     program = arrays(Compiled(cp.Problem(cp.Maximize(-z[0] + 0.3 * z[1]), [cp.SOC(z[0], z[1:]), z[2] <= 1])))
-    _, at, y = engines.run(program, "CLARABEL", -np.inf)
+    _, at, y = solvers.run(program, "CLARABEL", -np.inf)
     assert polish(program, at + 1e-5, y)[0] == pytest.approx(np.zeros(3), abs=1e-12)
 
 
 def test_a_point_without_numbers_is_never_the_answer():
     z = cp.Variable(2)
     program = arrays(Compiled(cp.Problem(cp.Maximize(z[0]), [z[0] <= 1, cp.abs(z[1]) <= 1])))
-    form, right = _Form(program, np.zeros(3), np.zeros(4)), np.ones(len(program.right))
-    assert form.off(np.full(len(program.cost), np.nan), right) == np.inf and form.off(np.zeros(len(program.cost)), np.nan * right) == np.inf
+    right = np.ones(len(program.right))
+    assert program.off(np.full(len(program.cost), np.nan), right) == np.inf and program.off(np.zeros(len(program.cost)), np.nan * right) == np.inf

@@ -14,7 +14,7 @@ import pandas as pd
 from ..contact import ContactState, ContactSystem, LoadCycle, Plotted, Recorded, SolveRecord, components, frame, joined, lengths, parted, places
 from ..contact.checks import Array, Booleans, frozen
 from ..contact.tolerances import RESIDUAL
-from ..solve.explain import Explained, called
+from ..solve.problem import Explained, called
 from .question import Question
 
 _BARE = 10 * RESIDUAL  # share of the mean friction bound below which a node carries nothing, and its traction ratio is rounding

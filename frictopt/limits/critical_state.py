@@ -29,7 +29,7 @@ from itertools import product
 import numpy as np
 
 from ..contact import CONDENSATION, RESIDUAL, ROUNDING, Array, Integers, lengths
-from ..solve.reduced import Change
+from ..solve.compiled import Change
 from .question import Question
 
 _TIE = ROUNDING  # corners whose rows differ by less than this share rule together
@@ -207,7 +207,7 @@ def _net_slips(task: Question, change: Change) -> Callable[[Array], Array]:
 
     That is by weighted means, the weights of which are those of the slips before.
     """
-    n, t, m = task.system.nodes, task.system.tangents, change.values
+    n, t, m = task.system.nodes, task.system.tangents, len(change.loaded)
     rows, (normal, *_) = t * n, change.blocks.values()
     rows_of_shear, to_pressure = change.product[:, :m].toarray() / np.tile(task.node_unit, t)[:, None], normal[:, :m] / task.node_unit[:, None]
     loaded = change.loaded

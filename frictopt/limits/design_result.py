@@ -12,7 +12,7 @@ import pandas as pd
 
 from ..contact import CONDENSATION, Array, ContactSystem, LoadCycle, joined
 from ..errors import ModelError
-from ..solve.explain import Explained
+from ..solve.problem import Explained
 from .answered import Answered, Duals
 from .question import Question
 

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from ..contact import COUNTS, Array, ContactSystem, SolveRecord, frame
-from ..solve.explain import Explained
+from ..solve.problem import Explained
 
 _MOVES = 1e-4  # of the largest motion: what is less is told as none, for answers of cone programs have this error
 _FIT = COUNTS  # of the largest motion, up to which nodes move as one body

@@ -15,9 +15,8 @@ from scipy.spatial import ConvexHull
 from ..contact import CONDENSATION, RESIDUAL, ROUNDING, ZERO_LOAD_FACTOR, Array, ContactSystem, LoadCycle, lengths, shown
 from ..errors import ModelError
 from ..solve.chain import Chain
-from ..solve.inverse import by_inverse, unresisted
+from ..solve.compiled import Change, by_inverse, unresisted
 from ..solve.problem import Problem
-from ..solve.reduced import Change
 from .answered import Mechanism
 from .models import Row, Unknowns, named, rest, stuck, unknowns, within
 from .question import Question

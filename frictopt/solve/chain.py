@@ -10,12 +10,10 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array, hstack, vstack
 
 from ..contact import RESIDUAL, ROUNDING, Array, Attempt, SolveRecord
-from .arrays import Arrays
-from .compiled import Compiled, Proof, proof
-from .engines import INFEASIBLE, NONE, OPTIMAL, UNBOUNDED, run
-from .polish import polish
-from .reduced import Change, Reduced
-from .solvers import LARGE_SOCP, LP, SOCP, C, failed, solver_order
+from .arrays import Arrays, polish
+from .compiled import Change, Compiled, Proof, proof
+from .reduced import Reduced
+from .solvers import INFEASIBLE, LARGE_SOCP, LP, NONE, OPTIMAL, SOCP, UNBOUNDED, C, failed, run, solver_order
 
 _LARGE = 400  # unknowns from which on the own interior point is faster than Clarabel
 _FAR = 1e3  # a proof that there is no answer holds for unknowns at least `1 / FAR / RESIDUAL` times as large as their units

@@ -1,16 +1,20 @@
 """A cvxpy problem as cvxpy compiles it, with its dense equations as blocks: what its multipliers prove, and the answer put back into it."""
 
 import warnings
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 
 import cvxpy as cp
 import numpy as np
 from cvxpy.reductions.solution import Solution
-from scipy.sparse import csr_array
+from scipy.linalg import cholesky, lu_factor, lu_solve, qr, svd
+from scipy.linalg.lapack import dpotri
+from scipy.sparse import csr_array, hstack
 
-from ..contact import FLOOR, Array, Integers
+from ..contact import CONDENSATION, FLOOR, RIGID, ROUNDING, Array, Integers
 
+_FIRST, _ITERATIONS = 8, 4  # of an inverse iteration: vectors at first, twice as many where all are soft, and steps
 _SOLVER = "CLARABEL"  # whose order of rows and columns the arrays have; it takes linear rows and second-order cones
 
 
@@ -28,6 +32,22 @@ class Block:
     rows: slice
     sources: slice
     sign: float
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """A change of variables of a dense equation `row`, `z[defined] = square @ z[of]`: `z[of] = matrix @ x`, and `z[defined] = product @ x`, sparse.
+
+    `blocks` are what other dense equations of the same unknowns are of x; `unit` (n,) is the unit of x. The first of x are the values `loaded` of the
+    left side, in their units, and the rest is what no value resists.
+    """
+
+    row: cp.Constraint
+    matrix: Array
+    product: csr_array
+    blocks: Mapping[cp.Constraint, Array]
+    unit: Array
+    loaded: Integers
 
 
 class Compiled:
@@ -49,6 +69,10 @@ class Compiled:
         How many slacks are zero, how many next ones >= 0, and the sizes of the cones `|s[1:]| <= s[0]` that follow.
     blocks
         The dense equations.
+    sparse_zero
+        How many of the first rows are theirs.
+    columns
+        Where the values of each variable begin in z, by its id.
     """
 
     def __init__(self, problem: cp.Problem) -> None:
@@ -72,7 +96,7 @@ class Compiled:
         self.matrix.eliminate_zeros()
         dims = data["dims"]
         self.zero, self.nonneg, self.soc = int(dims.zero), int(dims.nonneg), [int(size) for size in dims.soc]
-        self._columns, blocks, at = data["param_prob"].var_id_to_col, list[Block](), 0
+        self.columns, blocks, at = data["param_prob"].var_id_to_col, list[Block](), 0
         for row, (x, y) in zip(self._dense, zip(self._parts[::2], self._parts[1::2], strict=True), strict=True):
             rows, sources = slice(at, at + x.size), slice(at + x.size, at + x.size + y.size)
             at = sources.stop
@@ -82,13 +106,9 @@ class Compiled:
             )
         self.blocks, self.sparse_zero = blocks, at
 
-    def has(self, variable: cp.Variable) -> bool:
-        """Whether a variable is in the program as it is."""
-        return variable.id in self._columns
-
     def place(self, variable: cp.Variable) -> slice:
         """Where the values of a variable stand in z."""
-        first = int(self._columns[variable.id])
+        first = int(self.columns[variable.id])
         return slice(first, first + variable.size)
 
     def whole(self, y: Array) -> Array:
@@ -172,3 +192,64 @@ def _is_variable(part: cp.Expression) -> bool:
     while part.args and isinstance(part, (cp.reshape, cp.atoms.affine.binary_operators.MulExpression)):
         part = part.args[-1]
     return isinstance(part, cp.Variable)
+
+
+def unresisted(square: Array, others: Array, along: Array, across: Array) -> tuple[Array, Array]:
+    """Orthonormal vectors x (t, k) that a symmetric, positive semi-definite matrix does not resist, nor others, and its inverse on the rest (t, t).
+
+    Each x counts in units of 1 over `along` (t,), and each of the others, (o, t), in `across` (o,), so that a soft unknown beside stiff ones is not
+    taken for a free one. An x that changes one of the others is resisted, however little.
+    """
+    t = len(along)
+    scaled, pressure = square / np.outer(along, along), others / np.outer(across, along)
+    idle = ~(scaled.any(axis=0) | (np.abs(pressure).max(axis=0, initial=0.0) > RIGID))
+    scaled[idle, idle] = 1.0  # what nothing feels at all is free by itself, so that the others stay exact
+    factor, rng, count, stiffest = lu_factor(scaled + RIGID * np.eye(t)), np.random.default_rng(0), 0, 0.0
+    while stiffest <= RIGID and count < t:  # inverse iteration of more vectors than there are soft ones, which many small eigenvalues cannot slow
+        count = min(2 * count or _FIRST, t)
+        soft = rng.normal(size=(t, count))
+        for _ in range(_ITERATIONS):
+            soft = np.linalg.qr(lu_solve(factor, soft))[0]
+        values, turn = np.linalg.eigh(soft.T @ scaled @ soft)
+        stiffest = values[-1]
+    values, soft = values[values <= RIGID], (soft @ turn)[:, values <= RIGID]
+    soft[idle] = 0.0
+    held = (values > 0) & (np.abs(pressure @ soft).max(axis=0, initial=0.0) > RIGID)
+    share = np.where(held, 1 / np.where(held, values, 1.0), 0.0) - 1 / (1 + values)
+    root = cholesky((scaled + soft @ soft.T).T, lower=True, overwrite_a=True, check_finite=False)  # soft vectors have the stiffness 1 + value
+    inverse = np.tril(dpotri(root, lower=1, overwrite_c=1)[0])
+    inverse += np.tril(inverse, -1).T + (soft * share) @ soft.T
+    inverse /= np.outer(along, along)
+    rigid = np.hstack([np.linalg.qr(soft[:, ~held] / along[:, None])[0], np.eye(t)[:, idle]])
+    inverse -= rigid @ (rigid.T @ inverse)
+    return rigid, np.asarray(inverse - (inverse @ rigid) @ rigid.T)
+
+
+def by_inverse(row: cp.Constraint, others: Sequence[cp.Constraint], free: Array, inverse: Array, unit: Array, sizes: Array) -> Change:
+    """The change of variables of a dense equation of a square matrix, whose unknowns are its values, and what it does not resist.
+
+    The values balance each other on `free` (t, k): those of k rows follow from the others. The first of the `others`, dense equations of the
+    same unknowns, does not feel the free vectors; what the rest may feel of them is turned so that each is felt, or not at all. `unit` (t,) are the
+    units of the values, `sizes` (k,) those of the free vectors.
+    """
+    each, count = unit[:, None], free.shape[1]
+    resting = each * free
+    pivots = qr(resting.T, mode="r", pivoting=True)[1] if count else np.arange(len(each))
+    balancing, loaded = pivots[:count], np.sort(pivots[count:])
+    basis = np.zeros((len(each), len(loaded)))  # unit values, balanced by those at as many rows as there are free vectors
+    basis[loaded, np.arange(len(loaded))] = 1.0
+    basis[balancing] = -np.linalg.solve(resting[balancing].T, resting[loaded].T)
+    basis[np.abs(basis) <= ROUNDING] = 0.0
+    values = csr_array(each * basis)
+    held, turned = (values.T @ inverse).T, free * sizes
+    matrices = {other: np.asarray(other.args[1].args[0].value) for other in others}
+    feeling = np.vstack([np.zeros((0, len(each))), *(matrices[other] for other in others[1:])])
+    if count and len(feeling):
+        turned = turned @ svd(feeling @ turned)[2].T
+    blocks = dict[cp.Constraint, Array]()
+    for other, matrix in matrices.items():
+        moved = np.zeros((len(matrix), count)) if other is others[0] else matrix @ turned
+        moved[:, np.abs(moved).max(axis=0, initial=0.0) <= CONDENSATION * np.abs(turned).max(axis=0, initial=0.0)] = 0.0
+        blocks[other] = np.hstack([matrix @ held, moved])
+    product = csr_array(hstack([values, csr_array((len(each), count))]))
+    return Change(row, np.hstack([held, turned]), product, blocks, np.ones(product.shape[1]), loaded)

@@ -102,23 +102,23 @@ class Cones:
 
     def sums(self, x: Array) -> Array:
         """The sum over the parts of each cone."""
-        return np.add.reduceat(x, self.heads)
+        return np.asarray(np.add.reduceat(x, self.heads))
 
     def square(self, x: Array) -> Array:
-        """`x[0]^2 - |x[1:]|^2` of each cone, without most of its rounding."""
-        size = np.sqrt(self.sums(self.tail * x**2))
-        return np.asarray((x[self.heads] - size) * (x[self.heads] + size))
+        """`x[0]^2 - |x[1:]|^2` of each cone, without most of its rounding, which leaves no point outside."""
+        first, size = x[self.heads], np.sqrt(self.sums(self.tail * x**2))
+        return np.maximum((first - size) * (first + size), np.finfo(float).eps * first**2)
 
     def product(self, one: Array, other: Array) -> Array:
         """Jordan's product `one o other`."""
-        found = one[self.heads][self.of] * other + other[self.heads][self.of] * one
+        found = np.asarray(one[self.heads][self.of] * other + other[self.heads][self.of] * one)
         found[self.heads] = self.sums(one * other)
         return found
 
     def quotient(self, one: Array, other: Array) -> Array:
         """The x with `one o x = other`."""
         first = self.sums(self.turned * one * other) / self.square(one)
-        found = (other - first[self.of] * one) / one[self.heads][self.of]
+        found = np.asarray((other - first[self.of] * one) / one[self.heads][self.of])
         found[self.heads] = first
         return found
 
@@ -131,10 +131,10 @@ class Scaling:
 
     def __init__(self, cones: Cones, s: Array, z: Array) -> None:
         self._cones, sizes = cones, (np.sqrt(cones.square(s)), np.sqrt(cones.square(z)))
-        s, z = s / sizes[0][cones.of], z / sizes[1][cones.of]
-        middle = np.sqrt((1 + cones.sums(s * z)) / 2)
-        self._w, self._eta = (s + cones.turned * z) / (2 * middle[cones.of]), np.sqrt(sizes[0] / sizes[1])
-        self.point = self.times(z * sizes[1][cones.of])
+        one, other = s / sizes[0][cones.of], z / sizes[1][cones.of]
+        middle = np.sqrt((1 + cones.sums(one * other)) / 2)
+        self._w, self._eta = (one + cones.turned * other) / (2 * middle[cones.of]), np.sqrt(sizes[0] / sizes[1])
+        self.point = self.times(z)
 
     def times(self, x: Array, sense: float = 1.0) -> Array:
         """`W x`."""
@@ -212,7 +212,7 @@ class _Point(NamedTuple):
     kappa: float
 
     def moved(self, by: "_Point", step: float) -> "_Point":
-        return _Point(*(part + step * change for part, change in zip(self, by, strict=True)))
+        return _Point(*(part + step * change for part, change in zip(self, by, strict=True)))  # type: ignore[arg-type,operator]
 
 
 class _Residuals:

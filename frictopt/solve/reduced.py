@@ -1,45 +1,36 @@
-"""A compiled program in few and well-scaled unknowns: its dense equations put in, maybe by the inverse of a square one, and the way back."""
+"""What makes a compiled program small and well scaled, step by step, and the way back for its answer. None of it knows what a program is about.
+
+1. Unknowns of cvxpy's own, the bounds of abs and norm, and unknowns that an equation defines: they follow from the others, see `Step`.
+2. Dense equations: put in as one block that all rows share, or changed to the unknowns in which a square one is sparse, see `Change`.
+3. Rows that others stand for, and cones that are shut, which are equations.
+4. Units of unknowns and rows.
+"""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import cvxpy as cp
 import numpy as np
+from scipy.linalg import qr
 from scipy.sparse import csr_array, vstack
 
-from ..contact import NO_COUPLING, Array, Integers
-from .arrays import Arrays, independent, largest_of, shut_cones
-from .compiled import Block, Compiled
-from .reductions import Rows, defined_unknowns, dominated, own_unknowns
+from ..contact import NO_COUPLING, ROUNDING, Array, Booleans, Integers
+from .arrays import Arrays
+from .compiled import Block, Change, Compiled
 
 
-@dataclass(frozen=True, eq=False)
-class Change:
-    """A change of variables of a dense equation `row`, `z[defined] = square @ z[of]`: `z[of] = matrix @ x`, and `z[defined] = product @ x`, sparse.
+class Step(NamedTuple):
+    """Unknowns that rows of the compiled program define, one each: `pivots * z[unknowns] + the rest of the row @ z = right`."""
 
-    `blocks` are what other dense equations of the same unknowns are of x; `unit` (n,) is the unit of x. The first of x are the values `loaded` of the
-    left side, in their units, and the rest is what no value resists.
-    """
-
-    row: cp.Constraint
-    matrix: Array
-    product: csr_array
-    blocks: Mapping[cp.Constraint, Array]
-    unit: Array
-    loaded: Integers
-
-    @property
-    def values(self) -> int:
-        """How many of x are values of the left side."""
-        return len(self.loaded)
+    unknowns: Integers
+    names: Integers
+    pivots: Array
 
 
 class Reduced:
     """A compiled program in as few and as well-scaled unknowns and rows as it has, and the way back for its answer.
 
-    Its unknowns are x: those of the change of variables, and those that are left of z.
+    Its unknowns x are those of the changes of variables, and those that are left of z.
 
     Parameters
     ----------
@@ -58,173 +49,243 @@ class Reduced:
         The reduced program.
     left_out
         How many rows others stand for.
+    z_unit
+        Units of z.
     """
 
     def __init__(self, compiled: Compiled, units: Mapping[cp.Variable, Any], changes: Sequence[Change] = (), simplify: bool = True) -> None:
-        self.compiled = compiled
-        self.unit = np.zeros(len(compiled.cost))  # of z; 0 where it is not known
-        for variable, unit in units.items():
-            if compiled.has(variable):
-                self.unit[compiled.place(variable)] = np.ravel(np.broadcast_to(unit, variable.shape), order="F")
-        program = Rows(compiled)
-        self._steps = [step] if (step := own_unknowns(program)) else []
-        while step := defined_unknowns(program, np.where(self.unit > 0, self.unit, 1.0)):
-            self._steps.append(step)
-        self._on_blocks(program, changes)
-        left_out = dominated(program) if simplify else np.zeros(0, dtype=int)
-        empty = np.flatnonzero((np.diff(program.matrix.indptr) == 0) & (program.right >= 0))
-        self._scaled(program, np.union1d(left_out, empty))
-
-    def _on_blocks(self, program: Rows, changes: Sequence[Change]) -> None:
-        """The unknowns x and the dense block, and what z is of them."""
-        compiled, n = self.compiled, len(self.compiled.cost)
-        direct = np.zeros(n, dtype=bool)
-        direct[program.matrix.indices], direct[program.equations.indices], direct[program.cost != 0] = True, True, True
-        squares = {change.row: next(block for block in compiled.blocks if block.row is change.row) for change in changes}
-        dense, used, gone = [block for block in compiled.blocks if block.row not in squares], direct.copy(), np.zeros(n, dtype=bool)
-        for step in self._steps:
-            gone[step.unknowns] = True
+        self.compiled, n, zero = compiled, len(compiled.cost), compiled.zero
+        unit, taken = np.zeros(n), np.zeros(n, dtype=bool)  # 0 where none is known
+        for variable, size in units.items():
+            if variable.id in compiled.columns:
+                unit[compiled.place(variable)] = np.ravel(np.broadcast_to(size, variable.shape), order="F")
         for block in compiled.blocks:
-            gone[block.defined] = True
-        for block in dense:
+            taken[block.defined], taken[block.of] = True, True
+        equations, own = np.arange(compiled.sparse_zero, zero), own_unknowns(compiled, taken)
+        self._steps = [own] if own else []
+        while step := defined_unknowns(compiled, equations, taken, np.where(unit > 0, unit, 1.0)):
+            self._steps.append(step)
+            equations = np.setdiff1d(equations, step.names)
+        self._follow()
+        inner = np.arange(zero, len(compiled.right)) if own is None else np.setdiff1d(np.arange(zero, len(compiled.right)), own.names)
+        self._names, soc = np.r_[equations, inner], np.array(compiled.soc, dtype=int)
+        sizes = np.r_[np.ones(len(inner) - soc.sum(), dtype=int), soc]
+        rows = compiled.matrix[self._names]
+        matrix, right, cost = csr_array(rows @ self._follows), compiled.right[self._names] - rows @ self._start, compiled.cost @ self._follows
+        matrix.eliminate_zeros()
+        matrix.sort_indices()
+        zero, linear = len(equations), len(equations) + int((sizes == 1).sum())
+        keep = np.ones(len(right), dtype=bool)
+        if simplify:
+            keep[zero + dominated(csr_array(matrix[zero:linear]), right[zero:linear])] = False
+        keep[zero:linear] &= (np.diff(matrix.indptr)[zero:linear] > 0) | (right[zero:linear] < 0)
+        self.left_out = int((~keep).sum())
+        self._dense(matrix, cost, changes)
+        self._names, matrix, right, sizes = self._names[keep], csr_array(matrix[keep] @ self._of_x), right[keep], sizes[self.left_out :]
+        self._scale(matrix, right, self._of_x.T @ cost, zero, sizes, unit)
+
+    def _follow(self) -> None:
+        """The unknowns of the steps from the others: `z = follows @ z + start`."""
+        matrix, right, n = self.compiled.matrix, self.compiled.right, len(self.compiled.cost)
+        self._others, self._start = np.ones(n, dtype=bool), np.zeros(n)
+        for step in self._steps:
+            self._others[step.unknowns] = False
+        at = np.flatnonzero(self._others)
+        self._follows = csr_array((np.ones(len(at)), (at, at)), shape=(n, n))
+        for unknowns, names, pivots in reversed(self._steps):  # those of a later one stand in the rows of an earlier one, never the other way round
+            rows, share = matrix[names], csr_array((-1 / pivots, (unknowns, np.arange(len(names)))), shape=(n, len(names)))
+            self._follows = csr_array(self._follows + share @ (rows @ self._follows))
+            self._start[unknowns] = (right[names] - rows @ self._start) / pivots
+
+    def _dense(self, rows: csr_array, cost: Array, changes: Sequence[Change]) -> None:
+        """The unknowns x, the dense block, and `z = of_x @ [x, block @ x]` of the unknowns that stand in rows or cost."""
+        blocks, n = self.compiled.blocks, len(cost)
+        direct, own = cost != 0, self._others.copy()
+        direct[rows.indices] = True
+        used, squares = direct.copy(), {change.row: change for change in changes}
+        self._changes = [(squares[block.row], block) for block in blocks if block.row in squares]
+        plain = [block for block in blocks if block.row not in squares]
+        for block in plain:
             used[block.of] |= used[block.defined].any()
-        for square in squares.values():
-            gone[square.of] = True
-        self._changes = [self._felt(change, squares[change.row], direct, used, dense) for change in changes]
-        self.kept = np.flatnonzero(used & ~gone)
-        ends = np.cumsum([0, *(change.matrix.shape[1] for change, _ in self._changes)])
-        m, where = int(ends[-1]), np.full(n, -1)
-        self._spans, self.changed, count = [slice(a, b) for a, b in pairwise(ends)], m, m + len(self.kept)
-        width, where[self.kept] = count, m + np.arange(len(self.kept))
-        parts, rows, columns, data = list[Array](), [self.kept], [where[self.kept]], [np.ones(len(self.kept))]
+        for block in blocks:
+            own[block.defined] = False
+            own[block.of] &= block.row not in squares
+        self._kept, ends = np.flatnonzero(used & own), np.cumsum([0, *(change.matrix.shape[1] for change, _ in self._changes)])
+        self._spans, m = [slice(*ends[k : k + 2]) for k in range(len(self._changes))], int(ends[-1])
+        width, where = m + len(self._kept), np.full(n, -1)
+        where[self._kept] = np.arange(m, width)
+        places, parts = [self._kept], [csr_array((np.ones(width - m), (np.arange(width - m), where[self._kept])), shape=(width - m, width))]
+        named = list[tuple[Integers, Array]]()
+        for block in plain:
+            which, at = np.flatnonzero(used[block.defined]), where[block.of]
+            matrix = np.zeros((len(which), width))
+            matrix[:, at[at >= 0]] = block.matrix[which][:, at >= 0]
+            for (change, square), span in zip(self._changes, self._spans, strict=True):
+                matrix[:, span] = _moved(block, which, change, square)
+            named.append((block.defined[which], matrix))
         for (change, square), span in zip(self._changes, self._spans, strict=True):
-            of = change.product.tocoo()
-            rows, columns, data = [*rows, square.defined[of.row]], [*columns, span.start + of.col], [*data, of.data]
-        named = [
-            (block.defined[which], self._on_x(block, which, width, where)) for block in dense if len(which := np.flatnonzero(used[block.defined]))
-        ]
-        for (change, square), span in zip(self._changes, self._spans, strict=True):
-            own = np.flatnonzero(direct[square.of])
-            matrix = np.zeros((len(own), width))
-            matrix[:, span] = change.matrix[own]
-            named.append((square.of[own], matrix))
-        for defined, matrix in named:
-            parts.append(matrix)
-            rows, columns, data = [*rows, defined], [*columns, count + np.arange(len(matrix))], [*data, np.ones(len(matrix))]
-            count += len(matrix)
-        self.block = np.vstack([np.zeros((0, width)), *parts])
-        self._of_x = csr_array((np.concatenate(data), (np.concatenate(rows), np.concatenate(columns))), shape=(n, count))
+            places.append(square.defined)
+            parts.append(csr_array((change.product.data, change.product.indices + span.start, change.product.indptr), shape=(len(places[-1]), width)))
+            which = np.flatnonzero(direct[square.of])
+            matrix = np.zeros((len(which), width))
+            matrix[:, span] = change.matrix[which]
+            named.append((square.of[which], matrix))
+        self._block = np.vstack([np.zeros((0, width)), *(matrix for _, matrix in named)])
+        sparse, count = vstack(parts).tocoo(), len(self._block)
+        row, column = np.concatenate([np.concatenate(places)[sparse.row], *(at for at, _ in named)]), np.r_[sparse.col, width : width + count]
+        self._of_x = csr_array((np.r_[sparse.data, np.ones(count)], (row, column)), shape=(n, width + count))
 
-    def _on_x(self, block: Block, which: Integers, width: int, where: Integers) -> Array:
-        """Rows of a dense block on x."""
-        matrix, kept = np.zeros((len(which), width)), where[block.of] >= 0
-        matrix[:, where[block.of[kept]]] = block.matrix[which][:, kept]
-        for (change, square), span in zip(self._changes, self._spans, strict=True):
-            matrix[:, span] = _moved(block, which, change, square)
-        return matrix
-
-    def _felt(self, change: Change, square: Block, direct: Array, used: Array, dense: Sequence[Block]) -> tuple[Change, Block]:
-        """A change without the unknowns that no row feels, with its equation."""
-        felt = np.abs(change.product[np.flatnonzero(direct[square.defined])]).sum(axis=0) + np.abs(change.matrix[direct[square.of]]).sum(axis=0)
-        felt = felt + sum(np.abs(_moved(block, np.flatnonzero(used[block.defined]), change, square)).sum(axis=0) for block in dense)
-        keep = np.flatnonzero(np.ravel(felt))
-        if len(keep) == len(felt):
-            return change, square
-        blocks, loaded = {row: matrix[:, keep] for row, matrix in change.blocks.items()}, change.loaded[keep[keep < change.values]]
-        matrix, product = change.matrix[:, keep], csr_array(change.product[:, keep])
-        return replace(change, matrix=matrix, product=product, blocks=blocks, unit=change.unit[keep], loaded=loaded), square
-
-    def _scaled(self, program: Rows, left_out: Integers) -> None:
-        """Units of unknowns and rows, and the arrays in them."""
-        of_x, m, width, linear = self._of_x, self.changed, self.block.shape[1], int((program.sizes == 1).sum())
-        keep = np.ones(len(program.right), dtype=bool)
-        keep[left_out[left_out < linear]] = False
-        self._names, self._named, self.left_out = program.names[keep], program.named, int((~keep).sum())
-        sizes = np.r_[np.ones(int(keep[:linear].sum()), dtype=int), program.sizes[program.sizes > 1]]
-        sparse, equations, right = csr_array(program.matrix[keep] @ of_x), csr_array(program.equations @ of_x), program.right[keep]
-        block_unit, inner = np.zeros(len(self.block)), of_x.indices >= width
-        block_unit[of_x.indices[inner] - width] = self.unit[np.repeat(np.arange(of_x.shape[0]), np.diff(of_x.indptr))[inner]]
-        own = [change.unit for change, _ in self._changes]
-        unit = self._derived(np.concatenate([*own, self.unit[self.kept], block_unit]), csr_array(np.abs(sparse)), np.abs(right))
-        self.x_unit, block_unit = unit[:width].copy(), unit[width:]
-        block = self.block * self.x_unit / block_unit[:, None]
+    def _scale(self, sparse: csr_array, right: Array, cost: Array, zero: int, sizes: Integers, unit: Array) -> None:
+        """Units of unknowns and rows, and the arrays in them, without the unknowns that no row feels."""
+        of_x, (count, width) = self._of_x, self._block.shape
+        m, inner = width - len(self._kept), of_x.indices >= width
+        block_unit = np.zeros(count)
+        block_unit[of_x.indices[inner] - width] = np.repeat(unit, np.diff(of_x.indptr))[inner]
+        own = np.concatenate([*(change.unit for change, _ in self._changes), unit[self._kept], block_unit])
+        units = _derived(own, csr_array(np.abs(sparse[zero:])), np.abs(right[zero:]))
+        block = self._block * units[:width] / units[width:, None]
         largest = np.abs(block[:, :m]).max(axis=0, initial=1.0)
-        self.x_unit[:m] /= largest
+        units[:m] /= largest
         block[:, :m] /= largest
-        units = np.r_[self.x_unit, block_unit]
         block[np.abs(block).max(axis=1, initial=0.0) <= NO_COUPLING] = 0.0
-        sides = program.sides
-        for matrix in (sparse, equations):
-            matrix.data *= units[matrix.indices]
-        heads, tails, left = shut_cones(Arrays(sparse, block, right, np.zeros(width), 0, sizes))
-        self._apexes = self._names[heads], self._names[tails]
-        if len(heads):
-            equations, sides = csr_array(vstack([equations, sparse[tails.ravel()]])), np.r_[sides, right[tails.ravel()]]
-            self._named, self._names = np.r_[self._named, self._names[tails.ravel()]], self._names[left]
-            sizes, sparse, right = sizes[np.isin(np.cumsum(sizes) - sizes, left)], csr_array(sparse[left]), right[left]
-        row_unit = largest_of(sparse, right)
+        sparse.data *= units[sparse.indices]
+        cost = (cost[:width] + cost[width:] @ self._block) * units[:width]
+        self._felt = np.flatnonzero(block.any(axis=0) | (np.bincount(sparse.indices, minlength=width)[:width] > 0) | (cost != 0))
+        if len(self._felt) < width:
+            sparse, block, cost = csr_array(sparse[:, np.r_[self._felt, width : width + count]]), block[:, self._felt], cost[self._felt]
+        self._x_unit, known = units[:width], unit.copy()
+        known[self._kept] = units[m:width]
+        self.z_unit = np.where(self._others | (unit > 0), known, np.abs(self._follows) @ known + np.abs(self._start))
+        order, zero, sizes = self._open(sparse, block, right, zero, sizes)
+        sparse, right, self._names = csr_array(sparse[order]), right[order], self._names[order]
+        largest = np.maximum.reduceat(np.r_[np.abs(sparse.data), 0.0], sparse.indptr[:-1]) * (np.diff(sparse.indptr) > 0)
+        size = np.where(largest > 0, largest, np.where(right != 0, np.abs(right), 1.0))
         if len(sizes):
-            row_unit = np.repeat(np.maximum.reduceat(row_unit, np.cumsum(sizes) - sizes), sizes)
-        equation_unit = largest_of(equations, sides)
-        for matrix, unit in ((equations, equation_unit), (sparse, row_unit)):
-            matrix.data *= np.repeat(1 / unit, np.diff(matrix.indptr))
-        sides = sides / equation_unit
-        chosen = independent(Arrays(equations, block, sides, np.zeros(width), len(sides), sizes[:0]))
-        self._named, cost = self._named[chosen], np.asarray(of_x.T @ program.cost)
-        cost = cost[:width] + cost[width:] @ self.block
-        self.row_unit = np.r_[equation_unit[chosen], row_unit]
-        rows = csr_array(vstack([equations[chosen], sparse]))
-        self.arrays = Arrays(rows, block, np.r_[sides[chosen], right / row_unit], cost * self.x_unit, len(chosen), sizes)
-        self.z_unit = self.unit.copy()
-        self.z_unit[self.kept] = self.x_unit[m:]
-        for step in reversed(self._steps):
-            step.unit(self.z_unit)
+            size[zero:] = np.repeat(np.maximum.reduceat(size[zero:], np.cumsum(sizes) - sizes), sizes)
+        sparse.data *= np.repeat(1 / size, np.diff(sparse.indptr))
+        self.arrays, self._row_unit = Arrays(sparse, block, right / size, cost, zero, sizes), size
+        if zero and len(chosen := independent(self.arrays)) < zero:
+            rows = np.r_[chosen, zero : len(right)]
+            self._names, self._row_unit = self._names[rows], size[rows]
+            self.arrays = Arrays(csr_array(sparse[rows]), block, self.arrays.right[rows], cost, len(chosen), sizes)
 
-    def _derived(self, unit: Array, size: csr_array, constant: Array) -> Array:
-        """Units of the unknowns, those not known from what the rows in which they stand allow them."""
-        entries = size.tocoo()
-        while (unknown := unit == 0).any():
-            known = size @ unit + constant
-            mine = unknown[entries.col] & (known[entries.row] > 0) & (entries.data > 0)
-            if not mine.any():
-                break
-            allowed = np.full(len(unit), np.inf)
-            np.minimum.at(allowed, entries.col[mine], known[entries.row[mine]] / entries.data[mine])
-            unit = np.where(unknown & np.isfinite(allowed), allowed, unit)
-        return np.where(unit == 0, 1.0, unit)
+    def _open(self, sparse: csr_array, block: Array, right: Array, zero: int, sizes: Integers) -> tuple[Integers, int, Integers]:
+        """The order of rows in which those of cones whose first slack is zero, whatever the unknowns, are equations; their count, and sizes left."""
+        heads, of, every = np.cumsum(sizes) - sizes, np.repeat(np.arange(len(sizes)), sizes), np.arange(zero, len(right))
+        self._apexes = self._names[:0], self._names[:0], heads[:0]
+        if sizes.max(initial=1) == 1:
+            return np.arange(len(right)), zero, sizes
+        terms = (np.abs(sparse) @ np.r_[np.ones(block.shape[1]), np.abs(block).max(axis=1, initial=0.0)] + np.abs(right))[zero:]
+        shut = (sizes > 1) & (terms[heads] <= ROUNDING * np.maximum.reduceat(np.r_[terms[1:] * (np.diff(of) == 0), 0.0], heads))
+        tails = every[shut[of] & (heads[of] != every - zero)]
+        self._apexes = self._names[zero + heads[shut]], self._names[tails], np.cumsum(sizes[shut] - 1) - (sizes[shut] - 1)
+        return np.r_[:zero, tails, every[~shut[of]]], zero + len(tails), sizes[~shut]
 
     def back(self, x: Array, y: Array) -> tuple[Array, Array]:
         """The unknowns and the multipliers of the compiled program, from those of this one."""
-        compiled, x = self.compiled, x * self.x_unit
-        z = np.zeros(len(compiled.cost))
-        z[self.kept] = x[self.changed :]
+        compiled, z, every = self.compiled, np.zeros(len(self.compiled.cost)), np.zeros(self._block.shape[1])
+        every[self._felt] = x * self._x_unit[self._felt]
+        z[self._kept] = every[len(every) - len(self._kept) :]
         squares = {square.row for _, square in self._changes}
         for (change, square), span in zip(self._changes, self._spans, strict=True):
-            z[square.of], z[square.defined] = change.matrix @ x[span], change.product @ x[span]
+            z[square.of], z[square.defined] = change.matrix @ every[span], change.product @ every[span]
         for block in compiled.blocks:
             if block.row not in squares:
                 z[block.defined] = block.matrix @ z[block.of]
-        for step in reversed(self._steps):
-            step.value(z)
+        z = self._follows @ z + self._start
         return z, self.multipliers(y, compiled.cost, np.maximum(np.abs(z), self.z_unit))
 
     def multipliers(self, y: Array, cost: Array, sizes: Array) -> Array:
         """The multipliers of the compiled program with a cost, its own or none; `sizes` weigh by how much they do not balance."""
-        compiled, y, multipliers = self.compiled, y / self.row_unit, np.zeros(len(self.compiled.right))
-        multipliers[self._named], multipliers[self._names] = y[: self.arrays.zero], y[self.arrays.zero :]
-        heads, tails = self._apexes
-        multipliers[heads] = np.linalg.norm(multipliers[tails], axis=1)
-        for step in self._steps:
-            step.multiplier(multipliers, compiled.matrix, cost)
+        compiled, multipliers, (heads, tails, starts) = self.compiled, np.zeros(len(self.compiled.right)), self._apexes
+        multipliers[self._names] = y / self._row_unit
+        if len(heads):
+            multipliers[heads] = np.sqrt(np.add.reduceat(multipliers[tails] ** 2, starts))
+        for unknowns, names, pivots in self._steps:
+            multipliers[names] = -(compiled.matrix.T @ multipliers + cost)[unknowns] / pivots
         off = compiled.matrix.T @ multipliers + cost
         for block in compiled.blocks:
             multipliers[block.rows] = -block.sign * off[block.defined]
         off, mended = compiled.matrix.T @ compiled.whole(multipliers) + cost, multipliers.copy()
         for change, square in self._changes:  # the rounding of the inverse, which soft unknowns make large
-            at, count = np.arange(square.rows.start, square.rows.stop)[change.loaded], change.values
+            at, count = np.arange(square.rows.start, square.rows.stop)[change.loaded], len(change.loaded)
             mended[at] += square.sign * (off[square.of] @ change.matrix[:, :count]) / change.product[change.loaded][:, :count].diagonal()
         left = compiled.matrix.T @ compiled.whole(mended) + cost
         return mended if np.abs(left) @ sizes < np.abs(off) @ sizes else multipliers
+
+
+def own_unknowns(program: Compiled, taken: Booleans) -> Step | None:
+    """Unknowns `t <= b - a @ z` that one row bounds and that only help in all others: those of abs and norm, one a row."""
+    entries, width = csr_array(program.matrix[program.sparse_zero :]).tocoo(), len(program.cost)
+    row, soc = entries.row + program.sparse_zero, np.array(program.soc, dtype=int)
+    linear, head = np.arange(len(program.right)) < program.zero + program.nonneg, np.zeros(len(program.right), dtype=bool)
+    head[program.zero : program.zero + program.nonneg] = True
+    head[program.zero + program.nonneg + np.cumsum(soc) - soc] = True
+    up, in_head = entries.data > 0, head[row]
+
+    def count(which: Booleans) -> Integers:
+        return np.bincount(entries.col[which], minlength=width)
+
+    bounds = up & in_head
+    only = (program.cost == 0) & ~taken & (count(bounds) == 1) & (count(bounds & linear[row]) == 1)
+    only &= (count(~in_head) == 0) & (count(in_head & ~up) > 0)
+    at = bounds & only[entries.col]
+    names, first = np.unique(row[at], return_index=True)
+    unknowns, chosen = entries.col[at][first], np.zeros(width, dtype=bool)
+    chosen[unknowns] = True
+    alone = np.bincount(row[chosen[entries.col]], minlength=len(head))[names] == 1
+    return Step(unknowns[alone], names[alone], entries.data[at][first][alone]) if alone.any() else None
+
+
+def defined_unknowns(program: Compiled, equations: Integers, taken: Booleans, unit: Array) -> Step | None:
+    """Unknowns that stand in one equation alone, one an equation: that of the largest part in it."""
+    entries = csr_array(program.matrix[equations]).tocoo()
+    alone = ((np.bincount(entries.col, minlength=len(unit)) == 1) & ~taken)[entries.col]
+    row, column, data = entries.row[alone], entries.col[alone], entries.data[alone]
+    order = np.lexsort([column, -np.abs(data) * unit[column], row])
+    row, first = np.unique(row[order], return_index=True)
+    return Step(column[order][first].astype(int), equations[row], data[order][first]) if len(row) else None
+
+
+def dominated(matrix: csr_array, right: Array) -> Integers:
+    """The linear rows that others stand for: they differ in the coefficient of one unknown >= 0, and in the right side, and are weaker in both."""
+    n, single = len(right), np.flatnonzero(np.diff(matrix.indptr) == 1)
+    at = matrix.indptr[single]
+    signed = single[(matrix.data[at] < 0) & (right[single] <= 0)]
+    if not len(signed):
+        return np.zeros(0, dtype=int)
+    unknown, entries, coefficient = int(matrix.indices[matrix.indptr[signed[0]]]), matrix.tocoo(), np.zeros(n)
+    its, ways = entries.col == unknown, np.random.default_rng(0).normal(size=(matrix.shape[1], 2))
+    coefficient[entries.row[its]], ways[unknown] = entries.data[its], 0.0
+    mark = matrix @ ways  # equal rows have equal marks, and others never, but for chance
+    order = np.lexsort([right, -coefficient, mark[:, 1], mark[:, 0]])
+    new = np.r_[True, (np.diff(mark[order], axis=0) != 0).any(axis=1)]
+    rank, after = np.unique(right[order], return_inverse=True)[1], (n + 1) * np.cumsum(new)
+    least = np.minimum.accumulate(rank - after) + after  # of each group: those of the next are less than all before
+    stronger = new | (rank < np.r_[n, least[:-1]])
+    return np.setdiff1d(order[~stronger], signed)  # the row that says the sign is needed for all others
+
+
+def independent(program: Arrays) -> Integers:
+    """The equations for which no others stand; where others contradict them, too."""
+    zero, width = program.zero, program.block.shape[1]
+    equations = program.sparse[:zero, :width].toarray() + program.sparse[:zero, width:] @ program.block
+    upper, order = qr(np.vstack([equations.T, program.right[:zero]]), mode="r", pivoting=True)
+    return np.sort(order[: int((np.abs(np.diagonal(upper)) > ROUNDING).sum())])
+
+
+def _derived(unit: Array, size: csr_array, constant: Array) -> Array:
+    """Units of the unknowns, those not known from what the rows in which they stand allow them."""
+    entries = size.tocoo()
+    while (unknown := unit == 0).any():
+        known = size @ unit + constant
+        mine = unknown[entries.col] & (known[entries.row] > 0) & (entries.data > 0)
+        if not mine.any():
+            break
+        allowed = np.full(len(unit), np.inf)
+        np.minimum.at(allowed, entries.col[mine], known[entries.row[mine]] / entries.data[mine])
+        unit = np.where(unknown & np.isfinite(allowed), allowed, unit)
+    return np.where(unit == 0, 1.0, unit)
 
 
 def _moved(block: Block, which: Integers, change: Change, square: Block) -> Array:

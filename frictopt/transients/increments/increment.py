@@ -16,7 +16,7 @@ from ...contact.checks import Array, finite_array
 from ...contact.parts import checked_pair
 from ...contact.tolerances import RESIDUAL
 from ...errors import SolverError
-from ...solve.explain import Explained
+from ...solve.problem import Explained
 from ..begin import HOLD, OPEN
 from ..sliding import check_sliding, rigid_motions
 from .newton import Law, State, newton

@@ -9,7 +9,7 @@ from scipy.sparse import csc_matrix
 
 import frictopt as fo
 from frictopt.reference import SphereContact, half_space_contact, smallest_circle_limit
-from frictopt.solve.engines import _Wide
+from frictopt.solve.arrays import Arrays
 
 from ...paper import LOADS
 from ..fuzz.embedded import embedded
@@ -75,15 +75,15 @@ def _limit(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
     model.solve(friction)
     (program,) = model._programs.values()
     for tolerance in parameters.tolerances:
-        bare = partial(_clarabel, _Wide(program.chain.reduced.arrays), tolerance)
+        bare = partial(_clarabel, program.chain.reduced.arrays.widened, tolerance)
         methods.append(Method("Clarabel", "tolerance", f"{tolerance:.0e}", bare, relative(exact, lambda cost: -cost), rival="clarabel"))
     return Question("lambda_2, 3-D", "load factor", _name(scene), system.nodes, methods)
 
 
-def _clarabel(program: _Wide, tolerance: float) -> float:
+def _clarabel(program: Arrays, tolerance: float) -> float:
     """Optimal cost of a cone program as our own solvers take it."""
-    package = installed("clarabel")
-    cones = [package.ZeroConeT(program.zero), package.NonnegativeConeT(program.nonneg), *map(package.SecondOrderConeT, program.soc)]
+    package, linear = installed("clarabel"), int((program.sizes == 1).sum())
+    cones = [package.ZeroConeT(program.zero), package.NonnegativeConeT(linear), *map(package.SecondOrderConeT, program.sizes[linear:].tolist())]
     return clarabel_cone(program.cost, csc_matrix(program.matrix), program.right, cones, tolerance)
 
 
