@@ -86,16 +86,14 @@ class Chain:
         program = self.reduced.arrays
         kind = LP if program.sizes.max(initial=1) == 1 else LARGE_SOCP if len(program.cost) >= _LARGE else SOCP
         sparse = kind == LARGE_SOCP and not len(program.block)  # of few entries: Clarabel factors it faster, and the polish takes far longer
-        names = solver_order(solver, SOCP if sparse else kind)
+        names, enough = solver_order(solver, SOCP if sparse else kind), ROUNDING if kind == SOCP else tolerance
         for name, polished in [*((name, False) for name in names if sparse), *((name, True) for name in names)]:
             outcome, x, y = run(program, name, above / self.unit)
             claim = None
             if outcome == OPTIMAL:
                 agreed, claim = False, self._claim(x, program.admissible(y), judged)
                 attempts.append(Attempt(name, outcome, claim.residual))
-                if polished and not claim.residual <= (
-                    ROUNDING if kind == SOCP else tolerance
-                ):  # digits that interior points leave cost little in small programs
+                if polished and not claim.residual <= enough:  # the digits that interior points leave cost little in small programs
                     refined = self._claim(*polish(program, x, y), judged)
                     attempts.append(Attempt(name, f"refined on the {'vertex' if kind == LP else 'active cones'}", refined.residual))
                     claim = self._claim(x, program.admissible(y), judged) if claim.residual < refined.residual else refined
@@ -105,8 +103,7 @@ class Chain:
                 attempts.append(Attempt(name, outcome, claim.residual if claim else float("inf")))
                 agreed = agreed and said
             if claim and claim.residual <= tolerance:
-                left_out = self.reduced.left_out
-                told = (f"rows: {left_out} that others stand for",) if left_out else ()
+                told = (f"rows: {self.reduced.left_out} that others stand for",) * (self.reduced.left_out > 0)
                 return claim, SolveRecord(name, tuple(attempts), claim.residual, told, perf_counter() - started)
         raise failed(kind, tolerance, attempts, agreed)
 

@@ -86,6 +86,12 @@ class Compiled:
         for variable in problem.variables():  # cvxpy carries values over to unknowns of its own, and refuses nan
             variable.save_value(variable.value if variable.value is not None and np.isfinite(variable.value).all() else None)
         self.read()
+        self.blocks, self.sparse_zero = list[Block](), 0
+        for row, (x, y) in zip(self._dense, zip(self._parts[::2], self._parts[1::2], strict=True), strict=True):
+            rows, sources = (slice(at, at + part.size) for at, part in ((self.sparse_zero, x), (self.sparse_zero + x.size, y)))
+            defined, of = (self.matrix[part].indices.astype(int) for part in (rows, sources))
+            sign, self.sparse_zero = float(self.matrix.data[self.matrix.indptr[rows.start]]), sources.stop
+            self.blocks.append(Block(row, np.asarray(row.args[1].args[0].value), defined, of, rows, sources, sign))
 
     def read(self) -> None:
         """Read the values of all parameters."""
@@ -96,15 +102,7 @@ class Compiled:
         self.matrix.eliminate_zeros()
         dims = data["dims"]
         self.zero, self.nonneg, self.soc = int(dims.zero), int(dims.nonneg), [int(size) for size in dims.soc]
-        self.columns, blocks, at = data["param_prob"].var_id_to_col, list[Block](), 0
-        for row, (x, y) in zip(self._dense, zip(self._parts[::2], self._parts[1::2], strict=True), strict=True):
-            rows, sources = slice(at, at + x.size), slice(at + x.size, at + x.size + y.size)
-            at = sources.stop
-            defined, of = (self.matrix[part].indices.astype(int) for part in (rows, sources))
-            blocks.append(
-                Block(row, np.asarray(row.args[1].args[0].value), defined, of, rows, sources, float(self.matrix.data[self.matrix.indptr[rows.start]]))
-            )
-        self.blocks, self.sparse_zero = blocks, at
+        self.columns = data["param_prob"].var_id_to_col
 
     def place(self, variable: cp.Variable) -> slice:
         """Where the values of a variable stand in z."""
@@ -119,17 +117,16 @@ class Compiled:
 
     def violation(self, z: Array, units: Array) -> float:
         """Largest violation of a row by values, over the size of its terms, those of an unknown counted from its unit on."""
-        s = self.right - self.matrix @ z
+        s, zero = self.right - self.matrix @ z, self.zero
         for block in self.blocks:
             s[block.rows], s[block.sources] = 0.0, 0.0  # put in: their errors are the referee's
         size = np.abs(self.matrix) @ np.maximum(np.abs(z), units) + np.abs(self.right)
-        off = np.r_[np.abs(s[: self.zero]), np.maximum(-s[self.zero : self.zero + self.nonneg], 0.0)]
-        worst, at = [float(np.max(off / np.where(size[: len(off)] > 0, size[: len(off)], 1.0), initial=0.0))], self.zero + self.nonneg
-        for count in self.soc:
-            cone = slice(at, at + count)
-            worst.append(float(np.linalg.norm(s[cone][1:]) - s[cone][0]) / (float(size[cone].sum()) or 1.0))
-            at += count
-        return max(worst)
+        sizes, tails = np.r_[np.ones(self.nonneg, dtype=int), np.array(self.soc, dtype=int)], s.copy()
+        heads = zero + np.cumsum(sizes) - sizes
+        tails[heads] = 0.0
+        off = np.r_[np.abs(s[:zero]), np.sqrt(np.add.reduceat(tails**2, heads)) - s[heads]]
+        size = np.r_[size[:zero], np.add.reduceat(size, heads)]
+        return float(np.max(off / np.where(size > 0, size, 1.0), initial=0.0))
 
     def save(self, z: Array, y: Array) -> None:
         """Put an answer into the variables and the multipliers of the rows of the problem."""

@@ -36,10 +36,7 @@ _CORRECT, _HELPS = 1e-13, 0.1  # error of the equations from which on none is co
 
 
 def interior_point(program: Arrays, above: float = -np.inf) -> tuple[str, Array, Array]:
-    """Status, in the words of Clarabel, x and multipliers of a program.
-
-    It ends early where multipliers prove that the largest `-cost @ x` is not `above` a number.
-    """
+    """Status in Clarabel's words, x and multipliers; it ends early where these prove that the largest `-cost @ x` is not `above` a number."""
     try:
         condensed = Condensed(program)
         status, y, z, _ = _solved(condensed, Cones(program.sizes), above + condensed.constant)
@@ -49,16 +46,13 @@ def interior_point(program: Arrays, above: float = -np.inf) -> tuple[str, Array,
 
 
 class Condensed:
-    """A program without the unknowns for which its equations are solved: the rows `right - A y` in cones, and `objective @ y + constant`.
-
-    A LinAlgError says that the equations depend on each other, or leave no unknown.
-    """
+    """The rows `right - A y` in cones and `objective @ y + constant` without the unknowns for which the equations are solved, if they can be."""
 
     def __init__(self, program: Arrays) -> None:
         width, zero = len(program.cost), program.zero
         if zero >= width:
             raise np.linalg.LinAlgError("as many equations as unknowns")
-        equations = program.matrix[:zero].toarray() if zero else np.zeros((0, width))
+        equations = program.sparse[:zero, :width].toarray() + program.sparse[:zero, width:] @ program.block
         self._pivots = qr(equations, mode="r", pivoting=True)[1][:zero] if zero else np.arange(0)
         self._kept, self._square, self._program = np.setdiff1d(np.arange(width), self._pivots), equations[:, self._pivots], program
         self._start, self._rest = (np.linalg.solve(self._square, part) for part in (program.right[:zero], -equations[:, self._kept]))
@@ -68,7 +62,6 @@ class Condensed:
         chosen = csr_array((np.ones(long.sum()), (np.flatnonzero(long), np.arange(long.sum()))), shape=(len(long), int(long.sum())))
         self.block = np.vstack([program.block[:, self._kept] + dense @ self._rest, self._rest, own[long].toarray()])
         self.sparse = csr_array(hstack([own.multiply(~long[:, None]), *others, chosen]))
-        self.transposed = csr_array(self.sparse.T)
         self.right = program.right[zero:] - hstack(others) @ np.r_[dense @ self._start, self._start]
         self.objective = program.cost[self._kept] + self._rest.T @ program.cost[self._pivots]
         self.constant = float(program.cost[self._pivots] @ self._start)
@@ -79,7 +72,7 @@ class Condensed:
 
     def columns(self, z: Array) -> Array:
         """`A' z`."""
-        work = self.transposed @ z
+        work = self.sparse.T @ z
         return np.asarray(work[: len(self._kept)] + work[len(self._kept) :] @ self.block)
 
     def whole(self, y: Array, z: Array) -> tuple[Array, Array]:
@@ -107,7 +100,7 @@ class Cones:
     def square(self, x: Array) -> Array:
         """`x[0]^2 - |x[1:]|^2` of each cone, without most of its rounding, which leaves no point outside."""
         first, size = x[self.heads], np.sqrt(self.sums(self.tail * x**2))
-        return np.maximum((first - size) * (first + size), np.finfo(float).eps * first**2)
+        return np.asarray(np.maximum((first - size) * (first + size), np.finfo(float).eps * first**2))
 
     def product(self, one: Array, other: Array) -> Array:
         """Jordan's product `one o other`."""
@@ -132,7 +125,7 @@ class Scaling:
     def __init__(self, cones: Cones, s: Array, z: Array) -> None:
         self._cones, sizes = cones, (np.sqrt(cones.square(s)), np.sqrt(cones.square(z)))
         one, other = s / sizes[0][cones.of], z / sizes[1][cones.of]
-        middle = np.sqrt((1 + cones.sums(one * other)) / 2)
+        middle = np.sqrt((1 + np.maximum(cones.sums(one * other), 1.0)) / 2)  # of unit vectors in cones, whose product is never less
         self._w, self._eta = (one + cones.turned * other) / (2 * middle[cones.of]), np.sqrt(sizes[0] / sizes[1])
         self.point = self.times(z)
 
