@@ -276,7 +276,7 @@ FAULTS = (
     Fault("solve/arrays.py", "rows that do not bind become equations", "apex = excess > share * tip", "apex = excess < share * tip", "polish"),
     Fault("solve/arrays.py", "cones that turn their multipliers", "-size[:, None] * _directed", "size[:, None] * _directed", "polish spatial_limits"),
     Fault("solve/arrays.py", "factors of singular equations are trusted", "[0] > _NOT_UNIQUE:", "[0] > -1.0:", "polish"),
-    Fault("solve/arrays.py", "the last guess is the best", "if (off := program.off(at, told)) < least:", "if (off := program.off(at, told)) < np.inf:",
+    Fault("solve/arrays.py", "the last guess is the best", "(off := program.off(at, told)) < least:", "(off := program.off(at, told)) < np.inf:",
           "polish"),
     Fault("solve/arrays.py", "multipliers that do not balance are exact", "np.abs(self.matrix.T @ y + self.cost).max(), ", "", "polish"),
     Fault("solve/arrays.py", "equations are no active rows", "shut, on = [np.arange(program.zero)]", "shut, on = [np.arange(0)]", "polish"),

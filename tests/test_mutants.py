@@ -30,7 +30,8 @@ def test_the_table_counts_by_room_names_what_survives_and_keeps_other_rooms():
     faults = [fault for fault in FAULTS if fault.file.startswith(("solve", "reference", "plots/t"))]
     solve, reference = (sum(fault.file.startswith(room) for fault in faults) for room in ("solve", "reference"))
     before = "| plots | 70 | 60 | abc of 2000-01-01 | a fault |\n| solve | 2 | 2 | abc of 2000-01-01 | - |\n"
-    text = mutants.page(before, faults, [fault.meaning != "steps leave their cones" for fault in faults], "def of 2001-01-01", "Made here.").splitlines()
+    killed = [fault.meaning != "steps leave their cones" for fault in faults]
+    text = mutants.page(before, faults, killed, "def of 2001-01-01", "Made here.").splitlines()
     assert f"| reference | {reference} | {reference} | def of 2001-01-01 | - |" in text
     assert f"| solve | {solve} | {solve - 1} | def of 2001-01-01 | steps leave their cones (`solve/interior_point.py`) |" in text
     assert "| plots | 70 | 60 | abc of 2000-01-01 | a fault |" in text  # not as many as there are: it waits for a run of all

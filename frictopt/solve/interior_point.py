@@ -10,6 +10,7 @@ corrected in the equations on the left. The steps are those of Mehrotra on the h
 (Andersen, Roos & Terlaky 2003), with the scaling of Nesterov & Todd (1997).
 """
 
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -89,8 +90,7 @@ class Cones:
 
     def __init__(self, sizes: Integers) -> None:
         self.heads, self.of = np.cumsum(sizes) - sizes, np.repeat(np.arange(len(sizes)), sizes)
-        self.size, self.degree, self.unit = len(self.of), len(sizes), np.zeros(len(self.of))
-        self.unit[self.heads] = 1.0
+        self.size, self.degree, self.unit = len(self.of), len(sizes), (np.arange(len(self.of)) == self.heads[self.of]).astype(float)
         self.tail, self.turned = 1.0 - self.unit, 2 * self.unit - 1.0  # masks: of all parts but the first; that turn these
 
     def sums(self, x: Array) -> Array:
@@ -117,12 +117,14 @@ class Cones:
 
 
 class Scaling:
-    """The symmetric W with `W z = W^-1 s = point`, for s and z within the cones.
+    """The symmetric W with `W z = W^-1 s = point`, for s and z within the cones; an ArithmeticError at the end of one.
 
     For each cone W is `eta (2 v v' - J)` with some v, J the reflection that turns all but the first part; `w = W e / eta` is its unit vector.
     """
 
     def __init__(self, cones: Cones, s: Array, z: Array) -> None:
+        if not min(s[cones.heads].min(), z[cones.heads].min()) > 0:
+            raise ArithmeticError("rounding leaves the point at the end of a cone")
         self._cones, sizes = cones, (np.sqrt(cones.square(s)), np.sqrt(cones.square(z)))
         one, other = s / sizes[0][cones.of], z / sizes[1][cones.of]
         middle = np.sqrt((1 + np.maximum(cones.sums(one * other), 1.0)) / 2)  # of unit vectors in cones, whose product is never less
@@ -174,8 +176,7 @@ class Equations:
     def solved(self, u: Array, v: Array) -> tuple[Array, Array]:
         """The y and z, whose errors are corrected in the equations themselves."""
         program, over, times = self._program, self._scaling.over, self._scaling.times
-        y, z, left, right, before = np.zeros(len(u)), np.zeros(len(v)), u, v, np.inf
-        size = max(float(np.abs(u).max()), float(np.abs(v).max()))
+        y, z, left, right, before, size = np.zeros(len(u)), np.zeros(len(v)), u, v, np.inf, max(float(np.abs(u).max()), float(np.abs(v).max()))
         while _CORRECT * size < (error := max(float(np.abs(left).max()), float(np.abs(right).max()))) < _HELPS * before:
             before = error
             more = dpotrs(self._factor, left + program.columns(over(over(right))))[0]
@@ -233,8 +234,9 @@ def _solved(program: Condensed, cones: Cones, above: float = -np.inf) -> tuple[s
     for step in range(_STEPS):
         off = _Residuals(program, at, cones.degree)
         if newton and (off.apart <= _MENDED or off.bound <= above) and off.error > _ENOUGH:
-            mended = newton.mended(at, off)
-            at, off = min((at, off), (mended, _Residuals(program, mended, cones.degree)), key=lambda found: found[1].error)
+            with suppress(ArithmeticError):  # at the end of a cone
+                mended = newton.mended(at, off)
+                at, off = min((at, off), (mended, _Residuals(program, mended, cones.degree)), key=lambda found: found[1].error)
         proof, lack = ((off.without_optimum, at), off.lack) if off.lack < lack else (proof, lack)
         if lack <= (_ENOUGH if at.tau > _NO_OPTIMUM * at.kappa else _NEARLY):
             return proof[0], proof[1].y, proof[1].z, step

@@ -16,7 +16,7 @@ from scipy.sparse import csr_array, vstack
 
 from ..contact import NO_COUPLING, ROUNDING, Array, Booleans, Integers
 from .arrays import Arrays
-from .compiled import Block, Change, Compiled
+from .compiled import Change, Compiled
 
 
 class Step(NamedTuple):
@@ -121,7 +121,11 @@ class Reduced:
             matrix = np.zeros((len(which), width))
             matrix[:, at[at >= 0]] = block.matrix[which][:, at >= 0]
             for (change, square), span in zip(self._changes, self._spans, strict=True):
-                matrix[:, span] = _moved(block, which, change, square)
+                if block.row in change.blocks:
+                    matrix[:, span] = change.blocks[block.row][which]
+                else:
+                    _, at, by = np.intersect1d(block.of, square.of, return_indices=True)
+                    matrix[:, span] = block.matrix[np.ix_(which, at)] @ change.matrix[by]
             named.append((block.defined[which], matrix))
         for (change, square), span in zip(self._changes, self._spans, strict=True):
             places.append(square.defined)
@@ -286,11 +290,3 @@ def _derived(unit: Array, size: csr_array, constant: Array) -> Array:
         np.minimum.at(allowed, entries.col[mine], known[entries.row[mine]] / entries.data[mine])
         unit = np.where(unknown & np.isfinite(allowed), allowed, unit)
     return np.where(unit == 0, 1.0, unit)
-
-
-def _moved(block: Block, which: Integers, change: Change, square: Block) -> Array:
-    """Rows of a dense block on the unknowns of a change of variables."""
-    if block.row in change.blocks:
-        return change.blocks[block.row][which]
-    _, at, by = np.intersect1d(block.of, square.of, return_indices=True)
-    return np.asarray(block.matrix[np.ix_(which, at)] @ change.matrix[by])
