@@ -214,3 +214,20 @@ def test_a_node_that_the_corners_lift_rests_open_far_above_the_limit_which_no_se
     assert (limit.least, limit.load_factor) == (0.0, pytest.approx(1 / 3)) and "the contact may rest above it" in limit.covers
     for load_factor, at_rest in ((0.3, True), (0.5, False), (0.9, False), (1.1, True), (5.0, True)):
         assert rests(NODE, cycle, 0.5, load_factor) == at_rest
+
+
+def test_no_set_counts_that_is_safe_only_above_what_is_safe_already():
+    """A punch that a static shear tips: with all but two nodes open it rests near where it slides off, but not at less load."""
+    contact, cycle = fo.scenes.PunchOnHalfPlane(elements=24).condense(), fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": 0.9}])
+    limit, tips = fo.shakedown_limit(contact, cycle, 0.5), np.ones(contact.nodes, dtype=bool)
+    tips[[0, -2]] = False
+    turned = fo.ShakedownModel(contact, cycle).of_set(with_open(pose(contact, cycle, 0.5), tips))
+    assert limit.least == 0.0 and limit.load_factor < 0.9 * turned.load_factor and turned.least > 0.9 * turned.load_factor
+
+
+def test_a_static_load_opens_no_node_for_a_higher_limit():
+    """Node 0 alone would carry more with node 1 open; under a load that does not turn back the contact slips there by itself."""
+    pair = system(np.eye(2), np.zeros((2, 2)), 0.0, [2.0, 1.0], [0.5, 0.6], [0.0, -1.0])
+    for corners, most in (([{"cyclic": 1.0}], 1.0), ([{"cyclic": 1.0}, {}], 2.0)):
+        limit = fo.shakedown_limit(pair, fo.LoadCycle({"mean": 1.0}, corners), 0.5)
+        assert (limit.load_factor, limit.open.any()) == (pytest.approx(most), most > 1)

@@ -138,6 +138,12 @@ def most_pressed(x: Unknowns, least: cp.Variable, force: float, corners: Iterabl
     return cp.Problem(cp.Maximize(least), [*rows, *pressed, (least <= 1).set_label("cap")])
 
 
+def least_pressure(x: Unknowns, node: cp.Parameter, shares: Sequence[cp.Variable], most: float, rows: Sequence[Row]) -> cp.Problem:
+    """The least normal force of a node (`node` is 1 there) over all slips and loads; the shares of the corners in the load are `more` in `rest`."""
+    within = [(sum(shares) <= most).set_label("load_factor"), *((share >= 0).set_label(share.name()) for share in shares)]
+    return cp.Problem(cp.Minimize(node @ x.p[0]), [*rows, *within])
+
+
 def design(x: Unknowns, rows: Sequence[Row]) -> cp.Problem:
     """The largest load factor at which a design leaves every scenario a safe residual slip of its own; its loads are `more` in `rest`."""
     return cp.Problem(cp.Maximize(x.load_factor), [*rows, (x.load_factor >= 0).set_label("load_factor")])

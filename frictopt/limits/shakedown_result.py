@@ -16,6 +16,7 @@ from .answered import Rated
 from .gross_slip import gross_slip
 from .least_slip import LeastSlip, least_slip
 from .open_nodes import border
+from .stays_closed import stays_closed
 
 _ALL = 1e-6  # relative distance from the bound of all states up to which the limit is that of all
 
@@ -111,6 +112,8 @@ class ShakedownLimit(Rated):
             why = f"; {self._why}" if self._why else ""
             return f"{self._opened}the shakedown limit is infinite: every load factor{start} has a safe {slip}{why}{below}"
         rest = "; with others open it may be higher" * bool(self.open.any()) + "; the dual bound covers them" * bool(self.constraints)
+        if len(self.cycle.corners) == 1 and not self.constraints:
+            rest += "; under this static load it may open nodes and rest above it, up to where a body slides off (bound_for_all)"
         return f"{self._opened}no {slip} is safe above it{task.pattern}{rest}{below}{self._border}"
 
     @property
@@ -138,6 +141,29 @@ class ShakedownLimit(Rated):
     def proven(self) -> bool:
         """Whether no state of rest at all exists above the limit: `bound_for_all` is not above it by more than 1e-6 of it."""
         return bool(self.bound_for_all <= self.load_factor * (1 + _ALL))
+
+    def stays_closed(self, load_factor: float) -> bool:
+        """Whether it is proven that no start with all nodes closed opens one, at any load of the cycle up to a load factor, whatever slips.
+
+        Then no such start comes to rest at a load factor between the limit and this one. The path of a contact is continuous, and no slip that obeys
+        `|q| <= f p` leaves a node without pressure: one convex program for each node (theory, "What is proven for which states"). False where nothing
+        is proven: a node may open, or only rounding speaks against it; with nodes that stay open, and where fixed parts of the cycle differ.
+
+        Raises
+        ------
+        ModelError
+            Bad load factor.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> system = fo.scenes.PunchOnHalfPlane(elements=12).condense()
+        >>> limit = fo.shakedown_limit(system, fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}]), friction=0.3)
+        >>> limit.stays_closed(2 * limit.load_factor)
+        True
+        """
+        load_factor = finite_number("load_factor", load_factor, least=0.0)
+        return not (self.open.any() or self._task.fixed) and stays_closed(self._task, load_factor)
 
     @cached_property
     def apart(self) -> float:
