@@ -30,7 +30,7 @@ def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLi
     """The best limit that the search finds; `of_set` asks for the one of a question with given open nodes, which counts above a load factor.
 
     `closed` is the one with all nodes closed. It is the answer where it is safe from the mean load on, and no node that rules it wants to open.
-    Sets whose safe load factors begin above `at`, or above where those of the best one begin, do not count. Under a static load, of one corner, no
+    Sets whose safe load factors begin above `at`, or only above where those of the best one end, do not count. Under a static load, of one corner, no
     node is opened or closed: sets would follow each other up to where the body slides off.
     """
     best, tried, turns = closed, {closed.open.tobytes()}, len(task.cycle.corners) > 1
@@ -47,8 +47,10 @@ def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLi
             reached = best.load_factor if counts(best) else -np.inf
             rest = None if opened.all() else with_open(task, opened)  # a contact that is open for ever is none
             limit = None if rest is None else of_set(rest, reached)
-            if limit is not None and counts(limit) and limit.load_factor > reached * (1 + _GAINS) and not limit.least > best.least:
-                best = limit
+            if limit is not None and counts(limit) and limit.load_factor > reached * (1 + _GAINS):
+                if counts(best) and limit.least > max(best.load_factor, at if at < np.inf else 0.0) * (1 + _GAINS):  # between them none is safe
+                    return False
+                best = replace(limit, least=min(best.least, limit.least)) if counts(best) else limit
                 return True
         return False
 

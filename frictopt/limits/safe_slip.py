@@ -17,7 +17,6 @@ from .question import Question, with_open
 from .safe_model import SafeModel, in_turn
 from .safe_slip_result import SafeSlip
 from .shakedown import ShakedownModel
-from .shakedown_result import ShakedownLimit
 
 _MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
 
@@ -62,7 +61,7 @@ class SafeSlipModel(SafeModel):
     ) -> None:
         super().__init__(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
         self._shakedown = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
-        self._last: tuple[bytes, ShakedownLimit] | None = None  # friction, and its shakedown limit
+        self._last: tuple[tuple[bytes, float], Booleans] | None = None  # friction and load factor, and which nodes are open then
         self.margin = cp.Variable(name="margin")
         self._spare, self._apart = cp.Parameter(system.nodes, nonneg=True, name="mean_bound"), cp.Parameter(nonneg=True, name="clearance")
 
@@ -138,12 +137,11 @@ class SafeSlipModel(SafeModel):
         return safe
 
     def _pattern(self, task: Question, load_factor: float) -> Booleans:
-        """(N,) which nodes the shakedown limit leaves open; where that is safe only above the load factor, those of the best one that is not."""
-        key = task.friction.tobytes()
+        """(N,) which nodes are open in the best set that is safe from the load factor on, or from less."""
+        key = task.friction.tobytes(), load_factor
         if self._last is None or self._last[0] != key:
-            self._last = key, self._shakedown.of_any_set(task)
-        limit = self._last[1]
-        return (self._shakedown.of_any_set(task, at=load_factor) if limit.least > load_factor else limit).open
+            self._last = key, self._shakedown.of_any_set(task, at=load_factor).open
+        return self._last[1]
 
 
 @warns_of_odd_values

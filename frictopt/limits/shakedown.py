@@ -122,7 +122,9 @@ class ShakedownModel(SafeModel):
             return self.of_set(asked, above=above)
 
         best = best_pattern(task, of_pattern, self.of_set(task), at)
-        return self.of_set(best._task) if tried and tried[-1] is not best._task else best  # whose answer then stands in its problem
+        if tried and tried[-1] is not best._task:  # its answer shall stand in its problem
+            return replace(self.of_set(best._task), least=best.least)
+        return best
 
     def of_set(
         self, task: Question, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None, above: float = -np.inf
