@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 import spatial
+from frictopt.limits.patterns import _settled
 from frictopt.limits.question import pose, with_open
 from separation import pulled_system, rests
 from studies.validation.open_patterns import largest_with_open
@@ -242,3 +243,11 @@ def test_a_static_load_opens_no_node_for_a_higher_limit():
     limit = fo.shakedown_limit(pair, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), 0.5)
     assert limit.load_factor == pytest.approx(1.0) and not limit.open.any() and "up to where a body slides off" in limit.reason
     assert fo.steady_state(pair, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), 0.5, 1.5).outcome is fo.Outcome.SHAKEDOWN
+
+
+def test_the_search_begins_with_what_the_mean_load_opens_with_less_friction():
+    """A mean shear of 1 slips node 0 where f < 1, by 1 - f, and that lifts node 1, pressed by 0.1, by half of it."""
+    pair = system(np.eye(2), [[0.0, 0.0], [0.5, 0.0]], [1.0, 0.0], [1.0, 0.1], [0.1, 0.0], 0.0)
+    starts = [opened.tolist() for opened in _settled(pose(pair, CYCLE, 1.2), wants=True, safe=True)]
+    assert fo.march(pair, CYCLE, 1.2, 0.0, cycles=1).gap.max() == 0.0 < fo.march(pair, CYCLE, 0.6, 0.0, cycles=1).gap[-1, 1]
+    assert starts and all(opened == [False, True] for opened in starts)
