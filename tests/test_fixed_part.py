@@ -179,6 +179,30 @@ def test_open_nodes_stay_open_at_every_corner(seed):
     assert fo.steady_state(contact, cycle, friction, below, initial_state=state).outcome is fo.Outcome.SHAKEDOWN
 
 
+@pytest.mark.parametrize("seed", [None, 5, 16, 19])
+def test_which_corner_is_listed_first_is_no_matter(seed):
+    """Without a seed: what the mean load and the first fixed part open together is not what they open with the second."""
+    rng, n = np.random.default_rng(seed), 2 if seed is None else 3
+    if seed is None:
+        S = np.array([[2.33, 0.77, 1.25, -0.19], [0.77, 1.19, 1.26, -0.1], [1.25, 1.26, 2.59, -0.02], [-0.19, -0.1, -0.02, 0.4]])
+        loads = {"m": [0, 0, -0.18, 0.4], "a": [1.4, -0.4, -1.2, 0.7], "b": [-0.5, 0.4, -1.9, -1.2]}
+        f, corners, fixed = 0.6, [{"a": 1.0}, {"a": -1.0}], [{"b": 0.2}, {"b": -0.2}]
+    else:
+        G = rng.normal(size=(2 * n, 2 * n))
+        S, loads = G @ G.T + 0.5 * np.eye(2 * n), {name: 0.5 * rng.normal(size=2 * n) for name in "abcdef"}
+        loads |= {"m": np.r_[0.2 * rng.normal(size=n), 0.4 + 0.5 * rng.normal(size=n)]}
+        f, corners, fixed = 0.6, [{"a": 1.0}, {"b": 1.0}, {"c": 1.0}], [{"d": 0.5}, {"e": 0.5}, {"f": 0.5}]
+    contact, found = fo.ContactSystem(S, [[k, 0] for k in range(n)], loads), list[list[float]]()
+    for k in range(len(corners)):
+        cycle = fo.LoadCycle({"m": 1.0}, corners[k:] + corners[:k], fixed[k:] + fixed[:k])
+        limit = fo.shakedown_limit(contact, cycle, f)
+        load_factor = 0.7 * (found[0][0] if found else limit.load_factor)
+        safe, required = fo.safe_slip(contact, cycle, f, load_factor), fo.required_friction(contact, cycle, load_factor)
+        found.append([limit.load_factor, safe.margin, required.required])
+        assert limit.open.any() and safe.exists and required.required < f
+    assert np.array(found) == pytest.approx(np.array(found[:1] * len(found)), rel=1e-8, abs=1e-9)
+
+
 def test_a_limit_with_open_nodes_counts_what_is_fixed_at_each_corner():
     """A node pulled open by 1, but by 0.5 alone at one corner, touches where the load presses it by 0.5 there; the other one is sheared."""
     loads = {"P": ([0.0, 0.0], [-1.0, 1.0]), "N": ([0.0, 0.0], [1.0, 0.0]), "Q": ([0.0, 0.1], [0.0, 0.0]), "R": ([0.0, 0.0], [0.5, 0.0])}

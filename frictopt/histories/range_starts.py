@@ -65,7 +65,7 @@ class RangeStarts:
             task = pose(system, LoadCycle(loads, [{}]), friction, slip_bound=most)
             with suppress(SolverError):  # solvers tell no slip at all from an answer that is none only where both are plain
                 slips = extremes(task)
-            if all(slip is None for slip in slips) and (opened := open_under_mean(task)) is not None and (rest := with_open(task, opened)):
+            if all(slip is None for slip in slips) and (opened := open_under_mean(task)) and (rest := with_open(task, opened[0])):
                 slips = extremes(rest)
         found = dict[str, Array]()
         for name, slip in zip(self._directions, slips, strict=False):

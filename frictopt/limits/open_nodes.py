@@ -1,18 +1,20 @@
 """Nodes that the mean load leaves open, and what they mean for a limit."""
 
+from contextlib import suppress
+
 import numpy as np
 
-from ..contact import Array, Booleans, ContactSystem
+from ..contact import Array, Booleans, ContactSystem, LoadCycle
 from ..errors import ModelError, NoContinuation
 from .question import Question
 
 _BESIDE = 1.5  # distances of the nearest node within which others are its neighbours
 
 
-def open_under_mean(task: Question) -> Booleans | None:
-    """(N,) which nodes are open once the mean load has settled, from no slip, and at all corners of a cycle at load factor 0; None if none is.
+def open_under_mean(task: Question) -> list[Booleans]:
+    """(N,) which nodes the mean load leaves open, from no slip; where the corners differ at load factor 0, which any of them does, and which all do.
 
-    None, too, where the mean load never settles.
+    In an order that does not know which corner is listed first. Empty where no node opens, or the load settles nowhere.
 
     Raises
     ------
@@ -21,11 +23,12 @@ def open_under_mean(task: Question) -> Booleans | None:
     """
     from ..transients.march import open_at_rest  # here, because a closed contact needs none
 
-    try:
-        opened = open_at_rest(task.system, task.cycle, task.friction)
-    except (ModelError, NoContinuation):
-        return None
-    return opened if opened.any() else None
+    found = list[Booleans]()
+    for loads in task.cycle.unscaled if task.fixed else task.cycle.unscaled[:1]:
+        with suppress(ModelError, NoContinuation):
+            found.append(open_at_rest(task.system, LoadCycle(loads, task.cycle.corners), task.friction))
+    found += [np.logical_and.reduce(found)] if found else []
+    return [np.array(opened) for opened in sorted({tuple(each.tolist()) for each in found}, reverse=True) if any(opened)]
 
 
 def border(system: ContactSystem, opened: Booleans, node: int, p: Array) -> str:

@@ -76,9 +76,8 @@ def _settled(task: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
             if share == 1.0 and not safe:  # nothing else is known to rest
                 raise
             continue
-        if opened is not None:
-            yield opened
-        elif share == 1.0 and not wants:
+        yield from opened
+        if share == 1.0 and not (opened or wants):
             return
 
 
