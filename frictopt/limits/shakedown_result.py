@@ -35,8 +35,8 @@ class ShakedownLimit(Rated):
     least
         The least load factor with a safe slip: 0 for a contact that is safe under its mean load. It is above 0 where the mean load alone leaves no
         safe slip and the corners press; then load factors are safe from `least` to `load_factor`, and below `least` the contact slips or opens for
-        ever. Proven like the limit, also under a slip bound and constraints of your own. NaN where nothing is safe, where rounding
-        hides it (`reason` says so), and with an objective.
+        ever. Proven like the limit, also under a slip bound and constraints of your own; just above it others than `open` may be the open nodes.
+        NaN where nothing is safe, where rounding hides it (`reason` says so), and with an objective.
     kind
         Which of these it is.
     slip
