@@ -446,7 +446,7 @@ FAULTS = (
     Fault("limits/least_slip.py", "multipliers that do not balance", "max(unbalanced, residual)", "residual", "least_slip"),
     Fault("limits/least_slip.py", "twice the weight", "np.where(round_corners, np.sqrt(3.0), 2.0)", "1.0", "least_slip"),
     Fault("limits/design_result.py", "what a profile adds is left out", "np.maximum(-gap, 0.0)", "np.maximum(-0.5 * gap, 0.0)", "design"),
-    Fault("limits/patterns.py", "nodes that rule are not moved", "ruling = np.array(shares.index[shares > _RULES * shares.max()], dtype=int)",
+    Fault("limits/patterns.py", "nodes that rule are not moved", "ruling = np.argsort(-moved, kind=\"stable\")[: int((moved > _RULES * moved.max()).sum())]",
           "ruling = np.array([], dtype=int)", "patterns"),
     Fault("limits/stays_closed.py", "loads between the corners do not count", "sum(map(times, shares, parts), start=cp.Constant(0))",
           "times(shares[0], parts[0])", "stays_closed"),

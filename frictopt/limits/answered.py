@@ -58,6 +58,14 @@ class Mechanism:
         """(K, N) openings without slip, >= 0 (of nodes with little or no friction, or without pressure)."""
         return np.asarray((self.moves[:, -1] - self.friction * self.size).clip(0.0))
 
+    def parts(self, system: ContactSystem) -> Array:
+        """(2, K, N) sizes of the slips, and of the openings, or of the touching of open nodes."""
+        along, opening = self.size, self.opening
+        if self.open is not None:
+            touching = -self.moves.reshape(len(along), -1) @ system.S[:, -system.nodes :] / system.stiffness_scale
+            along, opening = np.where(self.open, 0.0, along), np.where(self.open, touching.clip(0.0), opening)
+        return np.stack([along, opening])
+
     def work(self, task: Question) -> tuple[float, float]:
         """Resistance of the loads at load factor 0 and drive of what a load factor of 1 adds, both as work on the mechanism.
 
@@ -77,11 +85,8 @@ class Mechanism:
         Columns node, contact (where there are several), x (x, y, z in space), corner and its loads, direction (+1 slip along +x, -1 against it, 0
         opening, or touching of an open node; in space slip1 and slip2, a unit vector, zero for an opening), share of all.
         """
-        names, along, opening = np.zeros(system.nodes) if system.contact is None else np.asarray(system.contact), self.size, self.opening
-        if self.open is not None:
-            touching = -self.moves.reshape(len(along), -1) @ system.S[:, -system.nodes :] / system.stiffness_scale
-            along, opening = np.where(self.open, 0.0, along), np.where(self.open, touching.clip(0.0), opening)
-        sizes, slips = np.stack([along, opening]), np.stack([self.moves[:, :-1], np.zeros_like(self.moves[:, :-1])])
+        names = np.zeros(system.nodes) if system.contact is None else np.asarray(system.contact)
+        sizes, slips = self.parts(system), np.stack([self.moves[:, :-1], np.zeros_like(self.moves[:, :-1])])
         share = sizes / (float(sizes.sum()) or 1.0)
         way, corner, node = np.nonzero(share > _SHARE)
         order = np.lexsort([corner, node, -share[way, corner, node]])

@@ -87,9 +87,9 @@ def _next_to(best: ShakedownLimit) -> Iterator[Booleans]:
     Those that rule its limit, all at once and those at its border; the whole border, from outside or inside, as a mechanism may rule on one side
     only; the ruling ones one by one, in space in small groups.
     """
-    task, table = best._task, best.mechanism
-    shares = table.groupby("node")["share"].sum().sort_values(ascending=False)
-    ruling = np.array(shares.index[shares > _RULES * shares.max()], dtype=int)
+    task = best._task
+    moved = best._motion.parts(task.system).sum(axis=(0, 1))
+    ruling = np.argsort(-moved, kind="stable")[: int((moved > _RULES * moved.max()).sum())]
     if not best.open.any():
         pressed = best.reactions[1].min(axis=0) > _TOUCHES * task.force
         ruling = ruling[~pressed[ruling] | (task.r0[:, -1, ruling].max(axis=0) < 0)]
