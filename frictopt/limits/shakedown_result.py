@@ -96,7 +96,7 @@ class ShakedownLimit(Rated):
             more += unscaled_diagnosis(task.system, task.cycle, task.friction)
         if not self.load_factor > 0:
             node, above = self._ruling, " above 0" * (self.kind is LimitKind.FINITE)
-            sheared, single = self._motion.size[:, node].any(), set(self.mechanism["node"]) == {node}
+            sheared, single = self._motion.size[:, node].max() > ROUNDING * np.abs(self._motion.moves).max(), set(self.mechanism["node"]) == {node}
             if above and task.friction[node] == 0 and sheared:
                 more = f"node {node} has no friction, and the cyclic load shears it"
             elif above and single and np.abs(task.r0[:, -1, node]).max() <= ROUNDING * task.force:

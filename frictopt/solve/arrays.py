@@ -136,7 +136,7 @@ class _Active:
     def __init__(self, program: Arrays, x: Array, y: Array, share: float) -> None:
         self._program, s = program, program.slack(x)
         shut, on = [np.arange(program.zero)], list[Integers]()
-        for cone in program.cones:
+        for cone in program.cones if program.zero < len(x) else ():  # as many equations as unknowns fix them, and prove it
             (slack, slid), (tip, excess) = _sides(s[cone], y[cone])
             apex = excess > share * tip
             shut.append(cone[apex].ravel())
