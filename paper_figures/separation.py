@@ -1,4 +1,4 @@
-"""Limits of contacts that open: a cylinder and rounded punches over the mesh, rounded punches over friction, how far above the limit a pin rests."""
+"""Limits of contacts that open: a cylinder and rounded punches over the mesh, rounded punches over friction, nodes that open in each cycle."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -35,12 +35,14 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     third.set_xlabel("coefficient of friction $f$")
     third.set_ylim(bottom=0)
     for (name, rows), look in zip(tables["closed"].groupby("scene"), SERIES[5:], strict=False):
-        fourth.plot(rows["friction"], rows["rests"] / rows["shakedown"], label=str(name), **look)
+        fourth.plot(rows["friction"], rows["shakedown"] / rows["all_closed"], label=str(name), **look)
+        fourth.plot(rows["friction"], rows["rests"] / rows["all_closed"], color=BLACK, marker="x", linestyle="none", markersize=4)
     fourth.set_xlabel("coefficient of friction $f$")
     first.set_ylabel("load factor $Q / fP$")
     for axes in (second, third):
         axes.set_ylabel(r"load factor $\sigma / (P / 2a)$")
-    fourth.set_ylabel(r"load factor / $\lambda_2$")
+    fourth.plot([], [], color=BLACK, marker="x", linestyle="none", markersize=4, label="transients rest up to")
+    fourth.set_ylabel(r"limit with events / all nodes closed")
     for axes, letter in zip((first, second, third, fourth), "abcd", strict=True):
         panel_label(axes, letter)
     handles, labels = [], []

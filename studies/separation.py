@@ -3,8 +3,8 @@
 Run with `python -m studies separation [--quick]`. Where the pressure falls to zero at the edge of the contact, the continuum slips there at any
 cyclic load: the limit belongs to the mesh and falls with it. For the cylinder it falls in proportion to the cell, for the edge pressure goes as the
 root of the distance from the edge, and the bonded shear as one over it. Partial slip (Cattaneo 1938, Mindlin 1949: c/a = sqrt(1 - Q/(f P)) in two
-dimensions) then reaches just one cell. The flat punch and the pin are closed under the mean load, yet transients from
-their safe slip come to rest above the shakedown limit, with nodes that open and close in each cycle. Load factors of the punches are
+dimensions) then reaches just one cell. The flat punch and the pin are closed under the mean load, yet they rest above the limit with all nodes
+closed, with nodes that open and close in each cycle: the limit with these is compared with transients from its slip. Load factors of the punches are
 sigma / (P / 2a), of the cylinder Q / (f P), of the pin its force over the overlap of the fit.
 """
 
@@ -24,7 +24,7 @@ from .tables import Row, Study, Table, markdown, two_digits
 
 _RADIUS, _HALF_LENGTH = 1.0, 2.0  # of the cylinder; E* = 1, and P so that the half-width of the contact is 1
 _CYLINDER_FRICTION = 0.5
-_BEYOND = 2.5  # load factors tried on contacts that are closed under the mean load, over the shakedown limit
+_BEYOND = 1.5  # load factors tried on contacts that are closed under the mean load, over the shakedown limit
 
 
 @dataclass(frozen=True)
@@ -99,10 +99,13 @@ def closed(parameters: Parameters) -> Iterator[Row]:
     for name, scene, cycle, frictions in (("flat punch", punch, LOADS, parameters.flat_frictions), ("pin", pin, fit, parameters.pin_frictions)):
         contact = scene.condense()
         for friction in each(frictions, name):
-            limit = fo.shakedown_limit(contact, cycle, friction)
-            largest = _BEYOND * limit.load_factor
-            rests = fo.limit_after_protocol(contact, cycle, friction, start=limit.slip, up_to=largest, scan=parameters.closed_scan)
-            yield {"scene": name} | _row(contact, cycle, friction) | {"rests": rests.load_factor}
+            limit = fo.shakedown_limit(contact, cycle, friction, events=True)
+            closed = fo.shakedown_limit(contact, cycle, friction, open=np.zeros(contact.nodes, dtype=bool))
+            largest, scan = _BEYOND * limit.load_factor, parameters.closed_scan
+            rests = fo.limit_after_protocol(contact, cycle, friction, start=limit.slip, up_to=largest, scan=scan)
+            found = {"shakedown": limit.load_factor, "bound": limit.bound, "all_closed": closed.load_factor}
+            more = found | {"opening": limit.events["node"].nunique(), "rests": rests.load_factor}
+            yield {"scene": name} | _row(contact, cycle, friction) | more
 
 
 def exponent(sizes: Any, limits: Any) -> float:
@@ -124,7 +127,13 @@ ROUNDED = Table("separation_rounded", "limit of a punch with rounded edges, sigm
 _CLOSED_COLUMNS = (
     {"scene": "flat punch, sigma / (P / 2a); or pin, force over overlap"}
     | _COLUMNS
-    | {"rests": "load factor up to which transients from the safe slip come to rest, with nodes that may open and close"}
+    | {
+        "shakedown": "shakedown limit, with nodes that open and close in each cycle",
+        "bound": "upper bound with the same order of openings",
+        "all_closed": "the limit with all nodes closed",
+        "opening": "nodes that open and close in each cycle",
+        "rests": "load factor up to which transients from the slip of the limit come to rest",
+    }
 )
 CLOSED = Table("separation_closed", "limits of contacts that are closed under the mean load", _CLOSED_COLUMNS, FULL, QUICK, closed)
 

@@ -198,6 +198,14 @@ def flag(name: str, value: object) -> bool:
     return bool(value)
 
 
+def flags(name: str, values: object, n: int) -> Booleans:
+    """Check that `values` are True or False for each of n nodes."""
+    found = np.array(listed(name, values), dtype=object)
+    if found.shape != (n,) or not all(isinstance(each, bool | np.bool_) for each in found):
+        raise ModelError(f"{name}: {shown(values)}; give True or False for each of {n} nodes")
+    return found.astype(bool)
+
+
 def whole_number(name: str, value: object, *, least: int, most: int = 10**6) -> int:
     """Check that `value` is an integer from `least` to `most`; by default `most` is a million, more than any count that makes sense."""
     if not isinstance(value, int | np.integer) or isinstance(value, bool | np.timedelta64) or not least <= value <= most:

@@ -1,7 +1,7 @@
 """What the answers of limit questions have in common: the state under a residual slip at a load factor, and the mechanism that proves them."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
@@ -150,9 +150,16 @@ class Answered(Recorded, Plotted):
     @property
     def reactions(self) -> tuple[Array, Array]:
         """(K, N) or (K, N, 2) and (K, N) reactions `q, p` at the corners under the slip at the load factor, force; NaN where it is not finite."""
-        task, finite = self._task, np.isfinite(self.load_factor)
-        r = task.states(self.load_factor, self.slip)[1] if finite else np.full_like(task.r1, np.nan)
-        return parted(r.reshape(len(r), -1), self.system.tangents + 1)
+        return self._carried(self._task.states, len(self._task.r1))
+
+    def _carried(self, states: Callable[[float, Array], tuple[Array, Array]], count: int) -> tuple[Array, Array]:
+        nan, n = np.isnan(self.slip).any() or not np.isfinite(self.load_factor), self.slip.size + self.system.nodes
+        return parted(np.full((count, n), np.nan) if nan else states(self.load_factor, self.slip)[1].reshape(count, n), self.system.tangents + 1)
+
+    @property
+    def _instants(self) -> tuple[Sequence[str], Array, Array]:
+        """Names of the corners, and the reactions there; of nodes that open and close in each cycle also of the events between them."""
+        return self._task.names, *self._carried(self._task.instants, len(self._task.names))
 
     @property
     def open(self) -> Booleans:
@@ -271,7 +278,8 @@ class Rated(Proven):
         than needed, the limit has a kink, and this is the rate of one. NaN without a finite limit, where a guaranteed limit is `least`, and with
         constraints of your own, for those may change with the loads.
         """
-        rates = self._motion.load_rates(self.system, self.cycle, self.load_factor)
+        motion = replace(self._motion, moves=self._task.by_corner(self._motion.moves))
+        rates = motion.load_rates(self.system, self.cycle, self.load_factor)
         return rates if self._rated else rates.assign(rate=np.nan)
 
     @cached_property

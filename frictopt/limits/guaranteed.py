@@ -9,7 +9,7 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import Array, ContactSystem, LimitKind, LoadCycle, SolveRecord, frozen, listed, warns_of_odd_values
+from ..contact import NO_COUPLING, Array, ContactSystem, LimitKind, LoadCycle, SolveRecord, frozen, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
 from .answered import duals
 from .critical_search import COINCIDE_ALONE, LEFT_OUT, CriticalSearch, NodeClaim
@@ -108,7 +108,7 @@ class GuaranteedModel(SafeModel):
         states, search = critical_states(task), self._search(task, own)
         both = np.array([bool(own_states) for own_states in states]) & ~task.open
         least, how = np.full(n, np.inf), np.where(both, LEFT_OUT, np.where(task.open, OPEN, ONE_CORNER)).astype(object)
-        if not least_found > shakedown.least or task.uncoupled:
+        if not least_found > shakedown.least or uncoupled(task):
             least[both], how[both] = least_found, NOT_NEEDED
             return self._result(task, shakedown, None, least, how, search)
         bounds = load_factor_bounds(task, tractions(task)) if self._asked.simplify and both.any() else np.zeros(n)
@@ -142,13 +142,13 @@ class GuaranteedModel(SafeModel):
     def _result(
         self, task: Question, shakedown: ShakedownLimit, best: NodeClaim | None, least: Array, how: np.ndarray, search: CriticalSearch
     ) -> GuaranteedLimit:
-        uncoupled, coincide = task.uncoupled, int((how == COINCIDE_ALONE).sum())
+        without_coupling, coincide = uncoupled(task), int((how == COINCIDE_ALONE).sum())
         program, records = None if best is None else best.program, [shakedown.record, *search.records]
         return GuaranteedLimit(
             load_factor=shakedown.load_factor if best is None else best.load_factor,
             kind=shakedown.kind if best is None else LimitKind.FINITE,
-            reason=reason(shakedown, best, uncoupled, coincide),
-            proven=uncoupled and shakedown.kind is not LimitKind.NO_SAFE_SLIP,
+            reason=reason(shakedown, best, without_coupling, coincide),
+            proven=without_coupling and shakedown.kind is not LimitKind.NO_SAFE_SLIP,
             slip=shakedown.slip if best is None else frozen(best.slip),
             node=None if best is None else best.state.node,
             corners=None if best is None else best.state.corners,
@@ -169,6 +169,16 @@ class GuaranteedModel(SafeModel):
             _duals=shakedown._duals if program is None else duals(program.problem),
             _above=None if best is None else best.above,
         )
+
+
+def uncoupled(task: Question) -> bool:
+    """Whether slip changes no pressure of the whole contact: B is zero up to rounding, against A of the two nodes that it joins.
+
+    That of the closed nodes alone, or f B, is not enough: a start that opens or closes nodes would couple the others.
+    """
+    A, B = task.system.A, task.system.B
+    stiffness = np.sqrt(np.diag(A).clip(0.0).reshape(-1, task.system.nodes).sum(axis=0))
+    return not (np.maximum(task.friction, 1.0)[:, None] * np.abs(B) > NO_COUPLING * np.outer(stiffness, np.resize(stiffness, B.shape[1]))).any()
 
 
 @warns_of_odd_values

@@ -12,14 +12,17 @@ and their gaps stay `w0 + load_factor w1_k + W slip >= 0`.
 nodes, in space (N, 2), and `|q|` is the length at each node. Nothing here is scaled, halved or eliminated: `frictopt.solve` does that below cvxpy.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+import operator
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import pairwise
 from typing import Any, TypeAlias
 
 import cvxpy as cp
 
 Row: TypeAlias = cp.Constraint
+More: TypeAlias = Callable[[int], Sequence[cp.Expression]]
 
 
 @dataclass(eq=False)
@@ -69,22 +72,24 @@ def times(factor: Any, load: cp.Constant) -> cp.Expression:
     return called(cp.multiply(factor, load), f"{factor.name()} * {load.name()}")
 
 
-def rest(contact: Any, x: Unknowns, corners: Iterable[int], more: tuple[cp.Expression, cp.Expression] | None = None) -> list[Row]:
+def rest(contact: Any, x: Unknowns, corners: Iterable[int], more: More | None = None, of: str = "") -> list[Row]:
     """The rows of a state of rest without friction, at corners of a load cycle.
 
     `contact` has the matrices `A`, `B`, and `W` of its gaps, and `loads(k)`: name -> closed reactions q0, p0, q1, p1 and gaps w0, w1 at corner k.
-    `more` is what unknown loads add to q and p.
+    `more(k)` is what unknown loads add to q, p and, if given, the gaps; `of` ends the names of what is of some open nodes alone.
     """
-    x.gap, w_r = {}, cp.Variable(len(contact.W), name="w_r")
-    rows = [vec(x.q_r) == named(contact.A, "A") @ vec(x.slip), x.p_r == named(contact.B, "B") @ vec(x.slip)]
-    rows += [w_r == named(contact.W, "W") @ vec(x.slip)] if w_r.size else []
+    x.gap, w_r = {}, cp.Variable(len(contact.W), name=f"w_r{of}")
+    rows = [vec(x.q_r) == named(contact.A, f"A{of}") @ vec(x.slip), x.p_r == named(contact.B, f"B{of}") @ vec(x.slip)]
+    rows += [w_r == named(contact.W, f"W{of}") @ vec(x.slip)] if w_r.size else []
     for k in corners:
         q0, p0, q1, p1, w0, w1 = (named(value, name) for name, value in contact.loads(k).items())
-        q, p = q0 + times(x.load_factor, q1) + x.q_r, p0 + times(x.load_factor, p1) + x.p_r
-        rows += [x.q[k] == q, x.p[k] == p] if more is None else [x.q[k] == q + more[0], x.p[k] == p + more[1]]
+        parts = [q0 + times(x.load_factor, q1) + x.q_r, p0 + times(x.load_factor, p1) + x.p_r, w0 + times(x.load_factor, w1) + w_r]
+        added = () if more is None else more(k)
+        q, p, w = *map(operator.add, parts, added), *parts[len(added) :]
+        rows += [x.q[k] == q, x.p[k] == p]
         if w_r.size:
             x.gap[k] = cp.Variable(w_r.size, name=f"gap[{k}]")
-            rows.append(x.gap[k] == w0 + times(x.load_factor, w1) + w_r)
+            rows.append(x.gap[k] == w)
     return rows
 
 
@@ -96,6 +101,16 @@ def stuck(x: Unknowns, f: cp.Parameter, corners: Iterable[int], little: bool = F
         rows.append((size(x.q[k]) <= (bound if loose is None else bound + loose)).set_label(f"stuck[{k}]"))
         rows += [(x.p[k] >= least).set_label(f"pressed[{k}]")] if little else []
     return rows + [(gap >= 0).set_label(f"apart[{k}]") for k, gap in x.gap.items()]
+
+
+def events(x: Unknowns, touching: Mapping[int, Sequence[int]]) -> list[Row]:
+    """Nodes that just touch at an event m carry nothing there."""
+    return [(part[m][nodes] == 0).set_label(f"event[{m}]") for m, nodes in touching.items() for part in (x.q, x.p)]
+
+
+def ordered(load_factor: Any, way: Sequence[cp.Variable]) -> list[Row]:
+    """Events follow each other on the way from the first corner, at 0, to the last, at the load factor."""
+    return [(one <= other).set_label(f"way[{m}]") for m, (one, other) in enumerate(pairwise([0, *way, load_factor]))]
 
 
 def inside(x: Unknowns, f: cp.Parameter, corners: Iterable[int], spare: cp.Expression, apart: cp.Expression, little: bool = False) -> list[Row]:

@@ -4,16 +4,23 @@ The largest limit over all sets is no design number: sets far from the settled s
 It starts from what the mean load leaves open, with the friction as it is and with less, and from what corners open: the limit of a given set never
 falls as friction grows, so that sets of less friction are good starts. From the best, nodes that rule it are opened or closed as long as that gains.
 The answer is a state of rest, judged as every other one; its bound is that of its set.
+
+Where the load goes to and fro, nodes may also open and close in each cycle. Their order is found by pivots from the best set: nodes that carry
+nothing at a corner open before it, open ones that touch there close, events at one load change places, become one or part. Each new order has what
+it came from as its limiting case, so that the load factors in between are safe too.
 """
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
-from ..contact import RESIDUAL, Booleans
-from ..errors import FrictoptError, SolverError
+from ..contact import RESIDUAL, Booleans, LimitKind
+from ..contact.checks import flag
+from ..errors import FrictoptError, ModelError, SolverError
+from .lift_off import LiftOff, Nodes, Order, of_order
 from .open_nodes import open_under_mean
 from .question import Question, with_open
 from .shakedown_result import ShakedownLimit
@@ -24,6 +31,8 @@ _GAINS = 1e-7  # relative gain that counts
 _TOUCHES = 1e3 * RESIDUAL  # pressure, over the mean force, up to which a closed node wants to open
 _MOST = 60  # programs
 _GROUP, _FEW = 4, 16  # nodes that are flipped at once in space, where more than few of them rule
+_WORK = 20_000  # programs, times their slips, in which the order of openings is looked for
+_MOVES = 1e-6  # part of the largest motion from which on a node at an end of the way may open or close there
 
 
 def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLimit], closed: ShakedownLimit, at: float = np.inf) -> ShakedownLimit:
@@ -104,3 +113,83 @@ def _next_to(best: ShakedownLimit) -> Iterator[Booleans]:
         opened = best.open.copy()
         opened[nodes] ^= True
         yield opened
+
+
+def best_order(best: ShakedownLimit, solver: str | None) -> ShakedownLimit:
+    """The best limit that pivots reach from one with nodes that stay as they are; that itself where none is better."""
+    task, order, tried = best._task, Order(_nodes(best.open)), set[Order]()
+    most = min(_MOST, _WORK // best.slip.size)
+
+    @cache
+    def of_set(nodes: Nodes) -> Question | None:
+        return with_open(task, np.isin(np.arange(task.system.nodes), sorted(nodes)))
+
+    def gains(pivot: Order) -> bool:
+        nonlocal best, order
+        if pivot in tried or len(tried) >= most:
+            return False
+        tried.add(pivot)
+        with suppress(FrictoptError):  # one without an answer that passes the checks is none of those known to rest
+            limit = of_order(task, pivot, of_set, solver, best.load_factor * (1 + _GAINS))
+            if limit is not None and limit.load_factor > best.load_factor * (1 + _GAINS):
+                best, order = replace(limit, least=best.least), pivot
+                return True
+        return False
+
+    while best.kind is LimitKind.FINITE and any(gains(pivot) for pivot in _pivots(best, order)):
+        pass
+    return best
+
+
+def check_events(events: object, task: Question, given: bool) -> None:
+    """Refuse to search nodes that open and close in each cycle where there is no such search; `given`: open nodes, or rows of the user's own."""
+    reasons = {
+        "the load cycle has not two corners, between which it goes to and fro": len(task.cycle.corners) != 2,
+        "its corners differ at load factor 0 (fixed)": task.fixed,
+        "the slip is bounded": task.most is not None,
+        "open, constraints and objectives are about nodes that stay as they are": given,
+    }
+    wanted = flag("events", events)
+    for reason, holds in reasons.items():
+        if wanted and holds:
+            raise ModelError(f"events: {reason}; ask without events")
+
+
+def _nodes(chosen: Booleans) -> Nodes:
+    return frozenset(np.flatnonzero(chosen).tolist())
+
+
+def _pivots(best: ShakedownLimit, order: Order) -> Iterator[Order]:
+    """Orders next to one, by nodes that want to open or close at a corner, and by events that meet."""
+    task, (start, events), sets = best._task, order, order.between
+    (u, r), moved = task.states(best.load_factor, best.slip), best._motion.parts(task.system).sum(axis=0)[[0, -1]]
+    bare, shut = r[:, -1] <= _TOUCHES * task.force, u[:, -1] <= _TOUCHES * task.clearance
+    ruling = moved > _MOVES * moved.max()
+    opening = [_nodes(bare[k] & ruling[k]) - sets[k] for k in (0, -1)]
+    for last in _together_and_alone(opening[1]):
+        for first in dict.fromkeys([opening[0], Nodes()]):
+            yield Order(start | first, (*filter(None, [first]), *events, last))
+    for first in _together_and_alone(opening[0]):
+        yield Order(start | first, (first, *events))
+    for node in sorted(_nodes(shut[1] & ruling[1]) & sets[-1]):
+        yield Order(start, (*events, Nodes({node})))
+    for node in sorted(_nodes(shut[0] & ruling[0]) & sets[0]):
+        yield Order(start - {node}, (Nodes({node}), *events))
+    if not isinstance(task, LiftOff):
+        return
+    meets = np.diff(task.way) <= _TOUCHES  # with the corners
+    for m in np.flatnonzero(meets[1:-1]).tolist():
+        yield Order(start, (*events[:m], events[m + 1], events[m], *events[m + 2 :]))
+        yield Order(start, (*events[:m], *filter(None, [events[m] ^ events[m + 1]]), *events[m + 2 :]))
+    if meets[0]:
+        yield Order(start ^ events[0], events[1:])
+    if meets[-1]:
+        yield Order(start, events[:-1])
+    for m, event in enumerate(events):
+        for node in sorted(event) if len(event) > 1 else ():
+            for parts in ((event - {node}, Nodes({node})), (Nodes({node}), event - {node})):
+                yield Order(start, (*events[:m], *parts, *events[m + 1 :]))
+
+
+def _together_and_alone(nodes: Nodes) -> list[Nodes]:
+    return [*filter(None, [nodes]), *(Nodes({node}) for node in sorted(nodes) if len(nodes) > 1)]

@@ -39,12 +39,12 @@ def free_slips(task: Question) -> tuple[Array, Array]:
     return kept[key]
 
 
-def tractions(task: Question, rows: Sequence[Row] | None = None) -> Change:
-    """Tractions as unknowns of a listing's rows: the slips that they make by the compliance, and slides that nothing resists."""
+def tractions(task: Question, dense: Sequence[Row] | None = None) -> Change:
+    """Tractions as unknowns of a listing's dense rows: the slips that they make by the compliance, and slides that nothing resists."""
     free, give = free_slips(task)
-    rows = rest(task, unknowns(task.system.slip_shape, ()), ()) if rows is None else rows
+    dense = rest(task, unknowns(task.system.slip_shape, ()), ()) if dense is None else dense
     sizes = task.force / (task.system.own_stiffness[: len(free)] @ free**2)
-    return by_inverse(rows[0], rows[1 : 3 if len(task.W) else 2], free, give, np.tile(task.shear_unit, task.system.tangents), sizes)
+    return by_inverse(dense[0], dense[1:], free, give, np.tile(task.shear_unit, task.system.tangents), sizes)
 
 
 @dataclass(eq=False)
@@ -82,10 +82,17 @@ class Program:
         """With the problem of a goal over its rows and those of others, the `unit` of its objective, and `units` of variables besides its own."""
         own = [row for group in self.own.values() for row in group]
         problem = Problem(problem.objective, [*problem.constraints, *own])
-        self.chain = Chain(
-            problem, {**self.units, **(units or {})}, [tractions(each.task, each.rows) for each in (self, *others)], self.task.simplify, unit
-        )
+        by_slip = dict[cp.Variable, list[Program]]()
+        for each in (self, *others):
+            by_slip.setdefault(each.x.slip, []).append(each)
+        changes = [tractions(same[0].task, [row for each in same for row in each.dense]) for same in by_slip.values()]
+        self.chain = Chain(problem, {**self.units, **(units or {})}, changes, self.task.simplify, unit)
         return self
+
+    @property
+    def dense(self) -> list[Row]:
+        """The rows that say what forces and gaps a slip makes."""
+        return self.rows[: 3 if len(self.task.W) else 2]
 
     @property
     def problem(self) -> cp.Problem:
@@ -106,7 +113,7 @@ class Program:
     def ask(self, task: Question, unit: float) -> None:
         """Set friction, the units that follow from it, and the `unit` of the objective."""
         if (task.shear_unit != self.task.shear_unit).any():
-            self.chain.changes = [tractions(task, self.rows)]
+            self.chain.changes = [tractions(task, self.dense)]
         self.task, self.f.value, self.chain.unit = task, task.friction, unit
         self.chain.units |= self.units
 
@@ -145,22 +152,20 @@ class Program:
     def motion(self) -> Mechanism:
         """The mechanism that the multipliers are: those of q and p at each corner are the slips and lifts of the nodes."""
         task, system, n = self.task, self.task.system, self.task.system.nodes
-        moves = np.zeros(task.r1.shape)
+        moves = np.zeros((len(self.x.q), *task.r1.shape[1:]))
         rows = {row.args[0]: row for row in self.rows if isinstance(row, cp.constraints.Equality)}
         for k in self.corners:
             moves[k, :-1] = np.reshape(rows[self.x.q[k]].dual_value, (n, -1)).T
             moves[k, -1] = rows[self.x.p[k]].dual_value
         if len(self.corners) and not np.isfinite(moves).all():
             moves = np.full_like(moves, np.nan)
-        size = np.hypot.reduce(moves[:, :-1], axis=1, initial=0.0)
-        moves[:, -1] = np.maximum(moves[:, -1], task.friction * size)  # so it is, but for rounding
         hold = None
         if task.most is not None:
             net = moves.sum(axis=0)
             hold = (net[:-1].ravel() @ task.A + net[-1] @ task.B).reshape(-1, n)
         if task.give is None:
             return Mechanism(moves, task.friction, hold)
-        labelled, press = {row.label: row for row in self.problem.constraints}, np.zeros((len(moves), moves[0].size))
+        labelled, press = {row.label: row for row in self.rows}, np.zeros((len(moves), moves[0].size))
         at = np.flatnonzero(task.open) + system.tangents * n
         for k in self.x.gap:
             press[k, at] = np.maximum(labelled[f"apart[{k}]"].dual_value, 0.0)

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 
 from ..contact import (
     CONDENSATION,
-    NO_COUPLING,
     ROUNDING,
     Array,
     Booleans,
@@ -76,10 +75,10 @@ class Question:
 
     @cached_property
     def follow(self) -> Array:
-        """(t O, t N) slips of the open nodes by those of the closed ones."""
-        t, out = self.system.tangents * self.system.nodes, np.tile(self.open, self.system.tangents)
-        moved = np.zeros((0, t)) if self.give is None else -(self.give[:t][out] @ self.system.S[:, :t])
-        moved[:, out] = 0.0
+        """(M, t N) slips and gaps of the open nodes by the slips of the closed ones."""
+        t = self.system.tangents * self.system.nodes
+        moved = np.zeros((len(self.system.S), t)) if self.give is None else -(self.give @ self.system.S[:, :t])
+        moved[:, np.tile(self.open, self.system.tangents)] = 0.0
         return np.asarray(moved)
 
     @cached_property
@@ -113,8 +112,7 @@ class Question:
         return self._carried(self.bonded[1])
 
     def _carried(self, r: Array) -> Array:
-        if self.give is not None:
-            r = (r - (r @ self.give) @ self.system.S) * ~np.tile(self.open, self.system.tangents + 1)
+        r = r if self.give is None else (r - (r @ self.give) @ self.system.S) * ~np.tile(self.open, self.system.tangents + 1)
         return r.reshape(len(r), -1, self.system.nodes)
 
     @cached_property
@@ -135,15 +133,10 @@ class Question:
         """(N, t N) normal forces by slip."""
         return self.S[-self.system.nodes :, : -self.system.nodes]
 
-    @cached_property
+    @property
     def W(self) -> Array:
         """(O, t N) gaps of the open nodes by slip."""
-        t = self.system.tangents * self.system.nodes
-        if self.give is None:
-            return np.zeros((0, t))
-        follow = -(self.give[-self.system.nodes :][self.open] @ self.system.S[:, :t])
-        follow[:, np.tile(self.open, self.system.tangents)] = 0.0
-        return np.asarray(follow)
+        return self.follow[-self.system.nodes :][self.open]
 
     def loads(self, k: int) -> dict[str, Array]:
         """Closed reactions and gaps of a corner by their names: at load factor 0, and what a load factor of 1 adds."""
@@ -203,17 +196,6 @@ class Question:
         """Whether some node has so little friction that `p >= 0` needs a row of its own."""
         return bool(self.friction.min() < _LITTLE_FRICTION)
 
-    @cached_property
-    def uncoupled(self) -> bool:
-        """Whether slip changes no pressure of the whole contact: B is zero up to rounding, against A of the two nodes that it joins.
-
-        That of the closed nodes alone, or f B, is not enough: a start that opens or closes nodes would couple the others.
-        """
-        A, B = self.system.A, self.system.B
-        stiffness = np.sqrt(np.diag(A).clip(0.0).reshape(-1, self.system.nodes).sum(axis=0))
-        coupled = np.maximum(self.friction, 1.0)[:, None] * np.abs(B) > NO_COUPLING * np.outer(stiffness, np.resize(stiffness, B.shape[1]))
-        return not coupled.any()
-
     @property
     def pattern(self) -> str:
         """Which states of the nodes an answer is about, as a part of a sentence: it says nothing of others."""
@@ -238,15 +220,40 @@ class Question:
             u, r = u - follow, (r - follow @ S) * ~np.tile(self.open, axes)
         return u.reshape(-1, axes, n), r.reshape(-1, axes, n)
 
+    def instants(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
+        """The same at all instants that have rows: the corners, and between them where nodes open or close in each cycle."""
+        return self.states(load_factor, slip)
+
+    def at_instants(self, load_factor: float) -> Array:
+        """Closed reactions there, all gaps pressed shut."""
+        return self.bonded[0] + load_factor * self.bonded[1]
+
+    def by_corner(self, moves: Array) -> Array:
+        """Motions there by the corners whose loads they are of."""
+        return moves
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What these instants are called."""
+        return self.cycle.corner_names
+
+    @property
+    def events(self) -> list[tuple[int, str, float, str]]:
+        """Node, "opens" or "closes", part of the way from the first corner to the last, and loads there, of nodes that do so in each cycle."""
+        return []
+
+    @property
+    def open_share(self) -> Array:
+        """(N,) part of the cycle in which each node is open."""
+        return self.open.astype(float)
+
     def change(self, slip: Array) -> tuple[Array, Array]:
         """Reactions `A v, B v` that a residual slip, (N,) or (N, 2), adds to those of the closed nodes."""
         return parted(self.S[:, : -self.system.nodes] @ slip.T.ravel(), self.system.tangents + 1)
 
     def rested(self, slip: Array) -> Array:
         """A slip of the closed nodes with that of the open ones under the mean load."""
-        if self.give is None:
-            return slip
-        return np.asarray(self.states(0.0, slip)[0][0, :-1].T.reshape(slip.shape))
+        return slip if self.give is None else np.asarray(self.states(0.0, slip)[0][0, :-1].T.reshape(slip.shape))
 
     def beyond(self, slip: Array) -> float:
         """By how much the slip exceeds its bound, over the largest slip or bound; at most 0 if it does not."""
@@ -258,17 +265,9 @@ class Question:
     def violation(self, load_factor: float, slip: Array) -> float:
         """How far a slip is from being safe: its largest violation of the contact law over the corners, or of its bound."""
         S, gap = self.system.S, np.pad(self.system.gap, (self.system.tangents * self.system.nodes, 0))
-        r0, r1 = self.bonded
-        u, r = (part.reshape(len(part), -1) for part in self.states(load_factor, slip))
-        off = off_law(self.system, self.friction, r0 + load_factor * r1 + S @ gap, u - gap, r, self.force)
+        u, r = (part.reshape(len(part), -1) for part in self.instants(load_factor, slip))
+        off = off_law(self.system, self.friction, self.at_instants(load_factor) + S @ gap, u - gap, r, self.force)
         return float(np.nan_to_num(max(off.max(), self.beyond(slip)), nan=np.inf))
-
-    def reserve(self, load_factor: float, slip: Array) -> float:
-        """The margin of a slip, see `SafeSlip.margin`."""
-        (u, r), closed = self.states(load_factor, slip), ~self.open
-        q, p, w = np.linalg.norm(r[:, :-1], axis=1)[:, closed], r[:, -1][:, closed], u[:, -1][:, self.open]
-        held = min(float((self.friction[closed] * p - q).min(initial=np.inf)), float(p.min(initial=np.inf)) if self.little else np.inf)
-        return min(held / self.mean_bound, float(w.min(initial=np.inf)) / self.clearance)
 
 
 def pose(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, simplify: bool = True, slip_bound: Any = None) -> Question:

@@ -198,10 +198,13 @@ def safe_slip(
 def judged(program: Program, margin: cp.Variable, load_factor: float) -> SafeSlip:
     """The slip that stands in a program of the margin, judged by its reserve, and by the multipliers."""
     task, value, slip, proof = program.task, float(margin.value), program.slip, program.chain.proof
-    bounds, p = program.bounds(), task.states(load_factor, slip)[1][:, -1]
+    (u, r), closed = task.states(load_factor, slip), ~task.open
+    bounds, q, p, w = program.bounds(), np.linalg.norm(r[:, :-1], axis=1), r[:, -1], u[:, -1][:, task.open]
+    held = min(float((task.friction * p - q)[:, closed].min(initial=np.inf)), float(p[:, closed].min(initial=np.inf)) if task.little else np.inf)
+    reserve = min(held / task.mean_bound, float(w.min(initial=np.inf)) / task.clearance)
     pull = float(-p.min() / task.force) if value >= 0 else 0.0
     gap = (abs(proof.bound - value) + proof.defect) / max(1.0, abs(value))
-    residual = np.max([gap, value - task.reserve(load_factor, slip), pull, task.beyond(slip), program.own_violation])
+    residual = np.max([gap, value - reserve, pull, task.beyond(slip), program.own_violation])
     record = SolveRecord(residual=float(np.nan_to_num(residual, nan=np.inf)))
     bound, rate = proof.bound + proof.defect, float(np.sum(bounds * p))
     return SafeSlip(load_factor, slip, record, task, program.motion, value, bound, rate, constraints=tuple(program.own))

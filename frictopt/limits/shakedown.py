@@ -1,8 +1,4 @@
-"""The shakedown limit: the largest load factor at which some residual slip keeps every node closed and stuck at every corner of the load cycle.
-
-Safe load factors are an interval. It begins at 0 if some slip is safe under the mean load alone, else at the least load factor of the same program.
-Its dual is a mechanism of negative drive: the mean load does work on it, which more cyclic load takes up.
-"""
+"""The shakedown limit: the largest load factor at which some residual slip keeps every node closed and stuck at every corner of the load cycle."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,13 +9,15 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from ..contact import GROWN, RESIDUAL, ContactSystem, LimitKind, LoadCycle, SolveRecord, listed, warns_of_odd_values
+from ..contact.checks import flags
 from ..contact.diagnosis import growth_diagnosis
 from ..errors import ModelError, SolverError
 from .answered import Mechanism, answered
 from .models import least_load, shakedown
-from .patterns import best_pattern
+from .patterns import best_order, best_pattern, check_events
 from .programs import Program
 from .question import Question, with_open
 from .safe_model import SafeModel, in_turn
@@ -59,17 +57,23 @@ class ShakedownModel(SafeModel):
     ... )
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     >>> model = fo.ShakedownModel(system, cycle)
-    >>> model.sweep([0.3, 0.5])[["friction", "load_factor"]].round(6)
-       friction  load_factor
-    0       0.3     0.313636
-    1       0.5     0.535714
+    >>> model.sweep([0.3, 0.5])["load_factor"].round(6).tolist()
+    [0.313636, 0.535714]
     >>> round(model.solve(0.5, constraints=[model.slip[0] >= 0.1]).load_factor, 6)
     0.502381
     """
 
     @warns_of_odd_values
     @in_turn
-    def solve(self, friction: Any, constraints: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> ShakedownLimit:
+    def solve(
+        self,
+        friction: Any,
+        constraints: Sequence[cp.Constraint] = (),
+        objective: cp.Expression | None = None,
+        *,
+        open: ArrayLike | None = None,
+        events: bool = False,
+    ) -> ShakedownLimit:
         """The limit for a coefficient of friction, one or one per node, under constraints of your own, or the slip that your objective chooses.
 
         Parameters
@@ -79,35 +83,36 @@ class ShakedownModel(SafeModel):
         constraints
             cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units, and on variables of your own. They are linear, or
             of abs, max, norms and the like: the multipliers of rows and second-order cones prove the limit. `bound` and `residual` cover them. The
-            program is compiled once for the same constraints. The nodes that stay open are those
-            of the limit without the constraints: q and p are 0 there, and the slip is that under the mean load.
+            nodes that stay open are those of the limit without them: q and p are 0 there, and the slip is that under the mean load.
         objective
             What shall be largest over the safe slips, instead of the load factor: a concave cvxpy expression on the same, also linear or of abs, max,
             norms and the like, such as `model.load_factor - 0.1 * cp.norm1(model.slip)`. See `ShakedownLimit.objective`.
+        open, events
+            See `shakedown_limit`.
 
         Raises
         ------
         ModelError
-            Bad friction; constraints that are not convex, need other cones, or are on another model; such an objective, or one without a largest
-            value.
+            Bad friction; open nodes that the others do not hold; constraints that are not convex, need other cones, or are on another model; such an
+            objective, or one without a largest value.
         SolverError
             No solver gave an answer that passes the checks.
-
-        Examples
-        --------
-        The smallest residual slip that is safe at a load factor:
-
-        >>> import cvxpy as cp
-        >>> import frictopt as fo
-        >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-        >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 0.0}, {"force": 1.0}])
-        >>> model = fo.ShakedownModel(rod, cycle)
-        >>> limit = model.solve(0.5, [model.load_factor == 0.8], objective=-cp.norm1(model.slip))
-        >>> round(limit.objective, 6)
-        -0.3
         """
         own = listed("constraints", constraints)
-        return self._shown(self.of_any_set(self._posed(friction), own, objective))
+        return self._shown(self.of_pattern(self._posed(friction), open, events, own, objective))
+
+    def of_pattern(
+        self, task: Question, open: Any, events: bool, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None
+    ) -> ShakedownLimit:
+        """The limit with given nodes open; or of the best pattern that is found, maybe with nodes that open and close in each cycle."""
+        check_events(events, task, bool(own) or objective is not None or open is not None)
+        if open is not None:
+            rest = with_open(task, flags("open", open, len(task.open)))
+            if rest is None or rest.open.all():
+                raise ModelError("open: too few closed nodes, or none, would hold the open ones; leave more nodes closed")
+            return self.of_set(rest, own, objective)
+        limit = self.of_any_set(task, own, objective)
+        return best_order(limit, self._solver) if events else limit
 
     def of_any_set(
         self, task: Question, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None, at: float = np.inf
@@ -117,11 +122,11 @@ class ShakedownModel(SafeModel):
             return self.of_set(with_open(task, self.of_any_set(task).open) or task, own, objective)
         tried = list[Question]()
 
-        def of_pattern(asked: Question, above: float) -> ShakedownLimit:
+        def counted(asked: Question, above: float) -> ShakedownLimit:
             tried.append(asked)
             return self.of_set(asked, above=above)
 
-        best = best_pattern(task, of_pattern, self.of_set(task), at)
+        best = best_pattern(task, counted, self.of_set(task), at)
         if tried and tried[-1] is not best._task:  # its answer shall stand in its problem
             return replace(self.of_set(best._task), least=best.least)
         return best
@@ -140,9 +145,8 @@ class ShakedownModel(SafeModel):
         if limit.kind is LimitKind.NO_SAFE_SLIP or objective is not None:
             return limit
         slips = [] if own else [np.zeros(task.system.slip_shape)] + [limit.slip] * (limit.kind is LimitKind.FINITE)
-        if any(task.violation(0.0, slip) <= RESIDUAL for slip in slips):
-            return replace(limit, least=0.0)
-        return self._with_least(limit, program)
+        at_zero = any(task.violation(0.0, slip) <= RESIDUAL for slip in slips)
+        return replace(limit, least=0.0) if at_zero else self._with_least(limit, program)
 
     def _with_least(self, limit: ShakedownLimit, program: Program) -> ShakedownLimit:
         """The limit with the least safe load factor, by a program of its own; nan where no solver gives one that passes the checks."""
@@ -153,7 +157,7 @@ class ShakedownModel(SafeModel):
         downward = replace(program).compiled(least_load(program.x, program.rows), program.task.load_unit)
         try:
             lower, found = downward.chain.solve(lambda: judged(downward), self._solver)
-        except SolverError:  # rounding hides whether some slip is safe under the mean load: the limit stands, the least load factor is not known
+        except SolverError:  # rounding hides whether some slip is safe under the mean load: the limit stands, the least one is not known
             return limit
         finally:
             for part, value in values:
@@ -166,8 +170,7 @@ class ShakedownModel(SafeModel):
     def sweep(self, frictions: Any, constraints: Sequence[cp.Constraint] = ()) -> pd.DataFrame:
         """The limit for many coefficients of friction (each one number or (N,)), one row each, under constraints of your own as in `solve`.
 
-        Columns: friction (mean over the nodes), load_factor, least, bound, residual, friction_rate, node and direction (slip1 and slip2 in space)
-        of the largest share of the mechanism (-1 and 0 without one), solver.
+        Columns: friction (mean), load_factor, least, bound, residual, friction_rate, node and sense of the mechanism's largest share, solver.
 
         Raises
         ------
@@ -182,12 +185,20 @@ class ShakedownModel(SafeModel):
 
 @warns_of_odd_values
 def shakedown_limit(
-    system: ContactSystem, cycle: LoadCycle, friction: Any, *, slip_bound: Any = None, simplify: bool = True, solver: str | None = None
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: Any,
+    *,
+    open: ArrayLike | None = None,
+    events: bool = False,
+    slip_bound: Any = None,
+    simplify: bool = True,
+    solver: str | None = None,
 ) -> ShakedownLimit:
     """Largest load factor at which some residual slip is safe (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987).
 
-    Safe means: every node closed and stuck at every corner of the cycle, or open all through it (`ShakedownLimit.open`). Which ones stay open
-    is searched near the settled mean load. With others open, or opening and closing in each cycle, a contact may rest above it. Theory, eq. (7).
+    Safe means: every node closed and stuck at every corner of the cycle, or open all through it (`ShakedownLimit.open`), with `events` also open in a
+    part of it. Which ones is searched near the settled mean load. With others, a contact may rest above it. Theory, eq. (7).
 
     Parameters
     ----------
@@ -195,6 +206,11 @@ def shakedown_limit(
         The contact and its load cycle.
     friction
         Coefficient of friction, one or one per node.
+    open
+        (N,) bool, which nodes stay open, the others closed; None for the search. All False asks for the limit with all nodes closed.
+    events
+        Whether nodes may also open and close in each cycle of a load that goes to and fro between two corners (`ShakedownLimit.events`). Their order
+        is searched too, which takes some seconds. Not with fixed parts that differ, a slip bound, or constraints.
     slip_bound, simplify, solver
         See `ShakedownModel`.
 
@@ -225,13 +241,12 @@ def shakedown_limit(
     'no residual slip is safe above it with all nodes closed'
     """
     model = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
-    return model.of_any_set(model._posed(friction))
+    return model.of_pattern(model._posed(friction), open, events)
 
 
 def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:
-    first = limit.mechanism.iloc[0] if len(limit.mechanism) else None
-    names = ("direction",) if limit.system.tangents == 1 else ("slip1", "slip2")
-    along = {name: 0 if first is None else first[name] for name in names}
+    first, senses = limit.mechanism.iloc[0] if len(limit.mechanism) else None, ("direction",) if limit.system.tangents == 1 else ("slip1", "slip2")
+    along = {name: 0 if first is None else first[name] for name in senses}
     found = {name: getattr(limit, name) for name in ("load_factor", "least", "bound", "residual")}
     rate, node = float(limit.friction_rate.sum()), -1 if first is None else int(first["node"])
     return {"friction": float(np.mean(friction)), **found, "friction_rate": rate, "node": node, **along, "solver": limit.record.solver}
@@ -253,10 +268,8 @@ def judged(program: Program, chosen: bool = False, above: float = -np.inf) -> Sh
     residual = float(np.nan_to_num(np.max([task.violation(load_factor, slip), proof.gap, program.own_violation]), nan=np.inf))
     names = (*program.own, "objective") if chosen else tuple(program.own)
     limit = ShakedownLimit(load_factor, slip, SolveRecord(residual=residual), task, program.motion, LimitKind.FINITE, bound, constraints=names)
-    if not chosen:
-        return limit
     why = "no safe residual slip makes the objective larger; the load factor is the one that it chooses, no limit"
-    return replace(limit, _why=why, objective=proof.value)
+    return replace(limit, _why=why, objective=proof.value) if chosen else limit
 
 
 def without_limit(program: Program, chosen: bool, solver: str | None) -> ShakedownLimit | None:

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from ..contact import LimitKind, frame, lengths
+from ..contact import LimitKind, frame, lengths, places
 from ..contact.checks import Array, finite_number, frozen
 from ..contact.tolerances import ROUNDING
 from ..errors import ModelError
@@ -25,8 +25,8 @@ _ALL = 1e-6  # relative distance from the bound of all states up to which the li
 class ShakedownLimit(Rated):
     """The shakedown limit with its proof from both sides, for one pattern of nodes that stay closed or `open`, see `covers`.
 
-    The pattern is the best that a local search near the settled mean load finds. With other nodes open, or with nodes that open and close in each
-    cycle, a contact may rest above it. Theory, eq. (8).
+    The pattern is the best that a local search near the settled mean load finds. Asked with events, it also has nodes that open and close
+    in each cycle, see `events`. With others open, or in another order, a contact may rest above it. Theory, eq. (8).
 
     Attributes
     ----------
@@ -117,8 +117,27 @@ class ShakedownLimit(Rated):
         return f"{self._opened}no {slip} is safe above it{task.pattern}{rest}{below}{self._border}"
 
     @property
+    def events(self) -> pd.DataFrame:
+        """Which nodes open and close on the way from the first corner to the last, in turn; on the way back the other way round. Mostly empty.
+
+        Columns node, contact (where there are several), x (x, y, z in space), event ("opens" or "closes"), way (part of the way from the first corner
+        to the last, 0 to 1), loads (of the cycle there, at load factor 1).
+        """
+        system, found = self.system, pd.DataFrame(self._task.events, columns=["node", "event", "way", "loads"])
+        names = {} if system.contact is None or len(set(system.contact)) < 2 else {"contact": np.asarray(system.contact)}
+        columns = {name: values[found["node"].to_numpy(dtype=int)] for name, values in (names | places(system)).items()}
+        return pd.DataFrame({"node": found["node"], **columns, **found[["event", "way", "loads"]]})
+
+    @property
+    def open_share(self) -> Array:
+        """(N,) part of the cycle in which each node is open: 1 where it is open all through, in between where it opens and closes."""
+        return frozen(self._task.open_share)
+
+    @property
     def covers(self) -> str:
         """What `bound` is a bound of, in words."""
+        if self._task.events:
+            return f"states of rest{self._task.pattern}; with others, or in another order, the contact may rest above it"
         opened = int(self.open.sum())
         states = f"these {opened} nodes open and the others closed" if opened else "all nodes closed"
         return f"states of rest with {states} all through the cycle; with others open, or nodes that open and close, the contact may rest above it"
@@ -145,9 +164,10 @@ class ShakedownLimit(Rated):
     def stays_closed(self, load_factor: float) -> bool:
         """Whether it is proven that no start with all nodes closed opens one, at any load of the cycle up to a load factor, whatever slips.
 
-        Then no such start comes to rest at a load factor between the limit and this one. The path of a contact is continuous, and no slip that obeys
-        `|q| <= f p` leaves a node without pressure: one convex program for each node (theory, "What is proven for which states"). False where nothing
-        is proven: a node may open, or only rounding speaks against it; with nodes that stay open, and where fixed parts of the cycle differ.
+        Then no such start comes to rest between the limit with all nodes closed and this load factor. A contact's path is continuous, and no slip
+        that obeys `|q| <= f p` leaves a node without pressure: one convex program for each node (theory, "What is proven for which states"). False
+        where nothing is proven: a node may open, or only rounding speaks against it; with nodes that stay open, and where fixed parts of the cycle
+        differ.
 
         Raises
         ------
@@ -184,7 +204,8 @@ class ShakedownLimit(Rated):
     @property
     def _ruling(self) -> int:
         """The node that moves most in the mechanism."""
-        return int(np.where(self._task.open, 0.0, self._motion.size + self._motion.opening).sum(axis=0).argmax())
+        motion = self._motion
+        return int(np.where(self._task.open if motion.open is None else motion.open, 0.0, motion.size + motion.opening).sum(axis=0).argmax())
 
     @property
     def _border(self) -> str:
@@ -203,7 +224,7 @@ class ShakedownLimit(Rated):
 
         Where several mechanisms prove the limit, as on both sides of a symmetric contact, it is one of them.
         """
-        return self._motion.table(self.system, self.cycle.corner_names)
+        return self._motion.table(self.system, self._task.names)
 
     @cached_property
     def friction_rate(self) -> Array:
@@ -211,7 +232,7 @@ class ShakedownLimit(Rated):
 
         Where the mechanism is not unique the limit has a kink, and this is one of its supergradients. NaN without a finite limit.
         """
-        return frozen((self._motion.size * self.reactions[1]).sum(axis=0))
+        return frozen((self._motion.size * self._instants[2]).sum(axis=0))
 
     def least_slip(self, load_factor: float) -> LeastSlip:
         """Proven lower bound of slip and gaps in every cycle at a load factor, from every start; it is positive above the limit.
@@ -226,6 +247,8 @@ class ShakedownLimit(Rated):
             The multipliers of the limit do not balance to the tolerance.
         """
         load_factor = finite_number("load_factor", load_factor, least=0.0)
+        if self._task.events:
+            raise ModelError("least_slip: nodes open and close in the state of the limit (`events`), and its multipliers bound no slip from below")
         if not np.isfinite(self.load_factor) or self.constraints or self._task.most is not None:
             asked = f"load factor {self.load_factor:g}" + (" under constraints on the slip" if np.isfinite(self.load_factor) else "")
             raise ModelError(f"least_slip: the limit ({asked}) bounds no slip from below; ask a finite limit without slip bound and constraints")

@@ -53,10 +53,17 @@ def _onset(onset: Onset, ax: Axes | None = None) -> Axes:
 def _shakedown_limit(limit: ShakedownLimit, ax: Axes | None = None) -> Axes:
     """Shear over friction bound at the corners under the safe slip; the area of a circle is the share of its node in the mechanism.
 
-    Open nodes, which carry nothing, are marked at zero. In space, at the first corner, with the slip as arrows.
+    Open nodes, which carry nothing, are marked at zero. In space, at the first corner, with the slip as arrows. Of nodes that open and close in each
+    cycle also where the load is when they do.
     """
     name = r"shakedown limit $\lambda_2$" if limit.objective is None else r"load factor $\lambda$ that the objective chooses"
-    return _at_corners(limit, ax, equals(name, limit.load_factor))
+    axes, share = _at_corners(limit, ax, equals(name, limit.load_factor)), limit.open_share
+    partly = (share > 0) & (share < 1)
+    if partly.any() and limit.system.tangents == 1:
+        x, label = limit.system.x[partly], "open in part of the cycle"
+        axes.scatter(x, np.zeros(len(x)), marker="v", s=20, facecolors="none", edgecolors=BLACK, zorder=3, label=label)
+        legend(axes)
+    return axes
 
 
 @picture.register
@@ -140,10 +147,10 @@ def _at_corners(limit: Limit, ax: Axes | None, title: str) -> Axes:
     """Shear over friction bound at the corners, with circles at the nodes that limit the load; or why there is nothing to show."""
     axes = one_axes(ax, limit.system.tangents)
     axes.set_title(title)
-    (q, p), circled = limit.reactions, _circles(limit)
+    (names, q, p), circled = limit._instants, _circles(limit)
     if not np.isfinite(p).all() or not (limit.friction.any() or circled[0]):  # without friction, and nothing that limits
         return no_lines(axes, limit.reason)
-    return _ratios(axes, limit.system, limit.friction, q, p, limit.cycle.corner_names, circled, 0, (limit.slip, limit.open))
+    return _ratios(axes, limit.system, limit.friction, q, p, names, circled, 0, (limit.slip, limit.open))
 
 
 def _circles(limit: Limit) -> Circled:

@@ -1,0 +1,59 @@
+"""Largest load factor of a rest whose nodes open and close in a given order: a plain linear program in all slips and gaps, by scipy."""
+
+from itertools import pairwise, permutations, product
+
+import numpy as np
+from scipy.optimize import linprog
+
+
+def largest_in_order(contact, cycle, friction, start, events, most):
+    """Load factor up to `most` with the nodes `start` open at the first corner, and those that open or close at each event; None if there is none.
+
+    Each node has one slip while it is closed.
+    """
+    n, S, between = contact.nodes, contact.S, [frozenset(start)]
+    for event in events:
+        between.append(between[-1] ^ event)
+    before, after = [between[0], *between], [*between, between[-1]]
+    r0 = np.concatenate(contact.reaction(cycle.mean)) - S[:, n:] @ contact.gap
+    first, last = np.hstack(cycle.corner_reactions(contact))
+    count = len(before)
+    lam, slip, own = 0, slice(1, 1 + n), [slice(1 + n + 2 * n * m, 1 + n + 2 * n * (m + 1)) for m in range(count)]
+    way = [1 + n + 2 * n * count + m for m in range(count - 2)]
+    size = 1 + n + 2 * n * count + len(way)
+    equal, less = [], []
+    for m in range(count):
+        r, u = np.zeros((2 * n, size)), np.eye(size)[own[m]]
+        r[:, own[m]], r[:, lam] = S, last if m == count - 1 else first
+        if 0 < m < count - 1:
+            r[:, way[m - 1]] = last - first
+        for i in range(n):
+            q, p, v, w = r[i], r[n + i], u[i], u[n + i]
+            closed = (i not in before[m]) + (i not in after[m])
+            if closed < 2:
+                equal += [(q, -r0[i]), (p, -r0[n + i])]
+            else:
+                less += [(sign * q - friction * p, friction * r0[n + i] - sign * r0[i]) for sign in (1, -1)]
+            if closed:
+                equal += [(w, 0.0), (v - np.eye(size)[slip][i], 0.0)]
+            else:
+                less.append((-w, 0.0))
+    stages = [None, *way, lam]
+    less += [
+        (np.eye(size)[one] * (one is not None) - np.eye(size)[other], 0.0) if one is not None else (-np.eye(size)[other], 0.0)
+        for one, other in pairwise(stages)
+    ]
+    (left, right), rows = zip(*less, strict=True), list(zip(*equal, strict=True)) or [None, None]
+    exact = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+    bounds = [(0.0, most)] + [(None, None)] * (size - 1)
+    answer = linprog(-np.eye(size)[lam], left, right, *rows, bounds, options=exact)
+    return float(answer.x[lam]) if answer.status == 0 else None
+
+
+def every_order(nodes):
+    """All orders in which each node opens or closes at most once: nodes that are open at the first corner, and one node at each event."""
+    for at_first, at_last in product(product([False, True], repeat=nodes), repeat=2):
+        changes = [i for i in range(nodes) if at_first[i] != at_last[i]]
+        start = frozenset(i for i in range(nodes) if at_first[i])
+        for order in permutations(changes):
+            yield start, [frozenset({i}) for i in order]
