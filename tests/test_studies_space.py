@@ -72,4 +72,5 @@ def test_the_limit_of_the_cylinder_falls_with_its_cells(tables):
 
 def test_opening_adds_to_the_pin(tables):
     pin = tables["separation_closed"].query("scene == 'pin' and friction == 0.5")
-    assert np.all(pin["rests"] > 1.15 * pin["shakedown"]) and np.all(pin["open"] == 0)
+    assert np.all(pin["shakedown"] > 1.15 * pin["all_closed"]) and np.all(pin["open"] == 0) and np.all(pin["opening"] > 0)
+    assert pin["rests"].to_numpy() == pytest.approx(pin["shakedown"], rel=0.01)
