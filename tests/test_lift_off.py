@@ -1,6 +1,7 @@
 """Limits with nodes that open and close in each cycle against plain programs of every order, closed forms, transients, and the plane in space."""
 
 import pickle
+from dataclasses import replace
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -164,3 +165,16 @@ def test_the_picture_marks_nodes_that_are_open_in_a_part_of_the_cycle(pin):
     axes = fo.shakedown_limit(pin(8), PIN, 0.8, events=True).plot()
     assert "open in part of the cycle" in [text.get_text() for text in axes.get_legend().get_texts()]
     plt.close(axes.figure)
+
+
+def test_the_referee_sees_nodes_that_carry_where_they_open_and_events_in_no_order(pin):
+    limit = fo.shakedown_limit(pin(8), PIN, 0.8, events=True)
+    task, way, state = limit._task, limit._task.way, (limit.load_factor, limit.slip)
+    later, back = way.copy(), way.copy()
+    later[2] += 0.05
+    back[-1] = way[-2] - 10.0
+    assert task.violation(*state) < 1e-9
+    touching = sorted(task.order.events[1])
+    carried = np.abs(replace(task, way=later).instants(*state)[1][2][:, touching]).max() / task.force
+    assert carried > 1e-3 and replace(task, way=later).violation(*state) >= carried
+    assert replace(task, way=back).violation(*state) >= 10.0
