@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from ..contact import ContactState, ContactSystem, LoadCycle, Plotted, Recorded, SolveRecord, components, frame, joined, lengths, parted, places
-from ..contact.checks import Array, Booleans, frozen
+from ..contact.checks import Array, Booleans, Integers, frozen
 from ..contact.tolerances import RESIDUAL
 from ..solve.problem import Explained, called
 from .question import Question
@@ -85,16 +85,13 @@ class Mechanism:
         Columns node, contact (where there are several), x (x, y, z in space), corner and its loads, direction (+1 slip along +x, -1 against it, 0
         opening, or touching of an open node; in space slip1 and slip2, a unit vector, zero for an opening), share of all.
         """
-        names = np.zeros(system.nodes) if system.contact is None else np.asarray(system.contact)
         sizes, slips = self.parts(system), np.stack([self.moves[:, :-1], np.zeros_like(self.moves[:, :-1])])
         share = sizes / (float(sizes.sum()) or 1.0)
         way, corner, node = np.nonzero(share > _SHARE)
         order = np.lexsort([corner, node, -share[way, corner, node]])
         way, corner, node = way[order], corner[order], node[order]
         columns: dict[str, Any] = {
-            "node": node,
-            **({"contact": names[node]} if len(np.unique(names)) > 1 else {}),
-            **{axis: place[node] for axis, place in places(system).items()},
+            **of_nodes(system, node),
             "corner": corner,
             "loads": [corners[k] for k in corner.tolist()],
         }
@@ -118,6 +115,12 @@ class Mechanism:
         for k, corner in enumerate(cycle.corners):
             rows += [row(case, cycle.corner_names[k], amplitude, self.moves[k], load_factor) for case, amplitude in corner.items()]
         return pd.DataFrame(rows, columns=["load", "part", "amplitude", "rate"])
+
+
+def of_nodes(system: ContactSystem, node: Integers) -> dict[str, np.ndarray]:
+    """Columns of a table of some nodes: node, contact (where there are several), x (x, y, z in space)."""
+    names: dict[str, np.ndarray] = {} if system.contact is None or len(np.unique(system.contact)) < 2 else {"contact": np.asarray(system.contact)}
+    return {"node": node, **{name: values[node] for name, values in (names | places(system)).items()}}
 
 
 Duals: TypeAlias = tuple[tuple[str, Array], ...]

@@ -1,7 +1,6 @@
 """The best design: preloads and a profile of the faces with the largest shakedown limit, or the cheapest ones for a given load."""
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 from typing import Any
 
 import cvxpy as cp
@@ -153,7 +152,7 @@ class DesignModel(SafeModel):
             x = self._x if first else unknowns(asked.system.slip_shape, range(len(asked.r1)), self._x.load_factor, of)
             f = self._f if first else cp.Parameter(asked.system.nodes, nonneg=True, name=f"f{of}")
             more, rows = self._more(shares)
-            program = listed_rows(asked, x, f, every=True, more=partial(lambda added, k: added, more))
+            program = listed_rows(asked, x, f, every=True, more=dict.fromkeys(range(len(asked.r1)), more))
             program.rows += rows
             listed_all.append(program)
         return listed_all

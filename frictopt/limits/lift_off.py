@@ -21,15 +21,19 @@ from typing import NamedTuple
 import cvxpy as cp
 import numpy as np
 
-from ..contact import Array, LimitKind, LoadCycle, SolveRecord
-from ..errors import SolverError
+from ..contact import Array, Booleans, LimitKind, LoadCycle, SolveRecord
 from .answered import Mechanism, duals
 from .models import Unknowns, events, named, ordered, rest, shakedown, stuck, times, unknowns
 from .programs import Program
 from .question import Question
-from .shakedown_result import ShakedownLimit
+from .shakedown_result import ShakedownLimit, upper_bound
 
 Nodes = frozenset[int]
+
+
+def among(nodes: Nodes, count: int) -> Booleans:
+    """Which of all nodes these are."""
+    return np.isin(np.arange(count), sorted(nodes))
 
 
 class Order(NamedTuple):
@@ -70,16 +74,14 @@ class LiftOff(Question):
 
     def instants(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """Slips and gaps, and reactions, at the corners and events; see `Question.instants`."""
-        parts = [
-            [(1 - share) * part[0] + share * part[-1] for part in each.states(load_factor, slip)]
-            for each, share in zip(self.sets, self.way, strict=True)
-        ]
-        return np.array([u for u, _ in parts]), np.array([r for _, r in parts])
+        found = {each: each.states(load_factor, slip) for each in dict.fromkeys(self.sets)}
+        blends = [[(1 - s) * part[0] + s * part[-1] for part in found[each]] for each, s in zip(self.sets, self.way, strict=True)]
+        return np.array([u for u, _ in blends]), np.array([r for _, r in blends])
 
     def states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """The same at the corners."""
-        u, r = self.instants(load_factor, slip)
-        return u[[0, -1]], r[[0, -1]]
+        ends = self.sets[0].states(load_factor, slip), self.sets[-1].states(load_factor, slip)
+        return np.stack([ends[0][0][0], ends[1][0][-1]]), np.stack([ends[0][1][0], ends[1][1][-1]])
 
     def at_instants(self, load_factor: float) -> Array:
         """See `Question.at_instants`."""
@@ -107,7 +109,7 @@ class LiftOff(Question):
     @property
     def open_share(self) -> Array:
         """See `Question.open_share`."""
-        opened = [np.isin(np.arange(len(self.open)), sorted(nodes)) for nodes in self.order.between]
+        opened = [among(nodes, len(self.open)) for nodes in self.order.between]
         return np.asarray(np.diff(self.way) @ opened)
 
     @property
@@ -135,7 +137,7 @@ def of_order(
         No answer that passes the checks, or it is proven not to be `above` a load factor.
     """
     sets = [each for nodes in order.through if (each := of_set(nodes))]
-    always, started = of_set(frozenset.intersection(*order.through)), perf_counter()
+    always = of_set(frozenset.intersection(*order.through))
     if always is None or len(sets) < len(order.through):
         return None
     x = unknowns(task.system.slip_shape, range(len(sets)))
@@ -152,9 +154,7 @@ def of_order(
 
     def judged() -> ShakedownLimit:
         load_factor, proof = program.load_factor, program.chain.proof
-        bound = proof.bound + proof.defect
-        if bound <= above:
-            raise SolverError(f"the limit is at most {bound:g}, so not above {above:g}")
+        bound = upper_bound(proof, above)
         question = asked([float(part.value) / load_factor if load_factor > 0 else 0.0 for part in way])
         slip, opened = always.rested(np.array(x.slip.value)), np.array([each.open for each in sets])
         record = SolveRecord(residual=float(np.nan_to_num(max(question.violation(load_factor, slip), proof.gap), nan=np.inf)))
@@ -171,20 +171,16 @@ def of_order(
         return ShakedownLimit(np.inf, np.full(x.slip.shape, np.nan), record, question, still, LimitKind.UNBOUNDED, np.inf)
 
     limit, record = program.chain.solve(judged, solver, no_optimum=without_limit, above=above)
-    return replace(limit, record=replace(record, seconds=perf_counter() - started), problem=program.problem, _duals=duals(program.problem))
+    return replace(limit, record=replace(record, seconds=perf_counter() - task.started), problem=program.problem, _duals=duals(program.problem))
 
 
 def _listed(task: Question, x: Unknowns, f: cp.Parameter, way: list[cp.Variable], instants: list[int], number: int) -> Program:
     """The rows of instants with the same nodes open before and after."""
     of, last = f"_{number}" * (number > 0), len(way) + 1
-    first, then = ({f"{name[0]}{name[1]}{of}{name[2:]}": part for name, part in task.loads(k).items()} for k in (0, 1))
-    changes = [named(end - begin, f"d{name[0]}{of}") for (name, begin), end in list(zip(first.items(), then.values(), strict=True)) if name[1] == "1"]
-    mine = unknowns(task.system.slip_shape, (), x.load_factor, of)
-    mine = replace(mine, slip=x.slip, q=x.q, p=x.p)
-
-    def more(m: int) -> list[cp.Expression]:
-        return [times(way[m - 1], change) if 0 < m < last else cp.Constant(np.zeros(change.shape)) for change in changes]
-
+    first, then = task.loads(0), task.loads(1)
+    changes = [named(then[f"{part}1[1]"] - first[f"{part}1[0]"], f"d{part}{of}") for part in "qpw"]
+    more = {m: [times(way[m - 1], change) for change in changes] for m in instants if 0 < m < last}
+    mine = replace(unknowns(task.system.slip_shape, (), x.load_factor, of), slip=x.slip, q=x.q, p=x.p)
     contact = SimpleNamespace(A=task.A, B=task.B, W=task.W, loads=lambda m: then if m == last else first)
     rows = rest(contact, mine, instants, more, of)
     return Program(task, mine, f, instants, rows + stuck(mine, f, instants, task.little))

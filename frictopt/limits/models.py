@@ -13,7 +13,7 @@ nodes, in space (N, 2), and `|q|` is the length at each node. Nothing here is sc
 """
 
 import operator
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
@@ -22,7 +22,7 @@ from typing import Any, TypeAlias
 import cvxpy as cp
 
 Row: TypeAlias = cp.Constraint
-More: TypeAlias = Callable[[int], Sequence[cp.Expression]]
+More: TypeAlias = Mapping[int, Sequence[cp.Expression]]
 
 
 @dataclass(eq=False)
@@ -76,15 +76,15 @@ def rest(contact: Any, x: Unknowns, corners: Iterable[int], more: More | None = 
     """The rows of a state of rest without friction, at corners of a load cycle.
 
     `contact` has the matrices `A`, `B`, and `W` of its gaps, and `loads(k)`: name -> closed reactions q0, p0, q1, p1 and gaps w0, w1 at corner k.
-    `more(k)` is what unknown loads add to q, p and, if given, the gaps; `of` ends the names of what is of some open nodes alone.
+    `more[k]` is what unknown loads add to q, p and, if given, the gaps; `of` ends the names of what is of some open nodes alone.
     """
     x.gap, w_r = {}, cp.Variable(len(contact.W), name=f"w_r{of}")
     rows = [vec(x.q_r) == named(contact.A, f"A{of}") @ vec(x.slip), x.p_r == named(contact.B, f"B{of}") @ vec(x.slip)]
     rows += [w_r == named(contact.W, f"W{of}") @ vec(x.slip)] if w_r.size else []
     for k in corners:
-        q0, p0, q1, p1, w0, w1 = (named(value, name) for name, value in contact.loads(k).items())
+        q0, p0, q1, p1, w0, w1 = (named(value, name + of) for name, value in contact.loads(k).items())
         parts = [q0 + times(x.load_factor, q1) + x.q_r, p0 + times(x.load_factor, p1) + x.p_r, w0 + times(x.load_factor, w1) + w_r]
-        added = () if more is None else more(k)
+        added = more[k] if more and k in more else ()
         q, p, w = *map(operator.add, parts, added), *parts[len(added) :]
         rows += [x.q[k] == q, x.p[k] == p]
         if w_r.size:

@@ -20,7 +20,7 @@ import numpy as np
 from ..contact import RESIDUAL, Booleans, LimitKind
 from ..contact.checks import flag
 from ..errors import FrictoptError, ModelError, SolverError
-from .lift_off import LiftOff, Nodes, Order, of_order
+from .lift_off import LiftOff, Nodes, Order, among, of_order
 from .open_nodes import open_under_mean
 from .question import Question, with_open
 from .shakedown_result import ShakedownLimit
@@ -122,7 +122,7 @@ def best_order(best: ShakedownLimit, solver: str | None) -> ShakedownLimit:
 
     @cache
     def of_set(nodes: Nodes) -> Question | None:
-        return with_open(task, np.isin(np.arange(task.system.nodes), sorted(nodes)))
+        return with_open(task, among(nodes, task.system.nodes))
 
     def gains(pivot: Order) -> bool:
         nonlocal best, order

@@ -18,7 +18,7 @@ from ..solve.chain import Chain
 from ..solve.compiled import Change, by_inverse, unresisted
 from ..solve.problem import Problem
 from .answered import Mechanism
-from .models import Row, Unknowns, named, rest, stuck, unknowns, within
+from .models import More, Row, Unknowns, named, rest, stuck, unknowns, within
 from .question import Question
 
 _INSIDE = ROUNDING  # spread of corners along an axis, over the largest, that counts as none
@@ -203,7 +203,7 @@ class Program:
 
 
 def listed_rows(
-    task: Question, x: Unknowns, f: cp.Parameter, *, every: bool = False, friction: Callable[..., list[Row]] | None = None, more: Any = None
+    task: Question, x: Unknowns, f: cp.Parameter, *, every: bool = False, friction: Callable[..., list[Row]] | None = None, more: More | None = None
 ) -> Program:
     """The rows of a question: at the corners that are no mean of others, unless all are asked for."""
     corners = outer_corners(task.cycle) if task.simplify and not every else list(range(len(task.r1)))

@@ -73,11 +73,10 @@ class Question:
         """Whether the corners differ at load factor 0."""
         return len(self.bonded[0]) > 1
 
-    @cached_property
-    def follow(self) -> Array:
-        """(M, t N) slips and gaps of the open nodes by the slips of the closed ones."""
+    def moved(self, chosen: Booleans, first: int) -> Array:
+        """What some of the slips and gaps, from a `first` one on, are by the slips of the closed nodes."""
         t = self.system.tangents * self.system.nodes
-        moved = np.zeros((len(self.system.S), t)) if self.give is None else -(self.give @ self.system.S[:, :t])
+        moved = np.zeros((0, t)) if self.give is None else -(self.give[first:][: len(chosen)][chosen] @ self.system.S[:, :t])
         moved[:, np.tile(self.open, self.system.tangents)] = 0.0
         return np.asarray(moved)
 
@@ -133,10 +132,10 @@ class Question:
         """(N, t N) normal forces by slip."""
         return self.S[-self.system.nodes :, : -self.system.nodes]
 
-    @property
+    @cached_property
     def W(self) -> Array:
         """(O, t N) gaps of the open nodes by slip."""
-        return self.follow[-self.system.nodes :][self.open]
+        return self.moved(self.open, self.system.tangents * self.system.nodes)
 
     def loads(self, k: int) -> dict[str, Array]:
         """Closed reactions and gaps of a corner by their names: at load factor 0, and what a load factor of 1 adds."""

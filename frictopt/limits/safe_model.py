@@ -124,7 +124,7 @@ class SafeModel:
         out = np.tile(task.open, task.system.tangents)
         still = task.rested(np.zeros(task.system.slip_shape)).T.ravel()[out]
         moved, chosen = cp.Variable(len(still), name="v_r"), named(np.eye(t)[out], "open")
-        return [moved == named(task.follow[: len(out)][out], "V") @ vec(self.slip), chosen @ vec(self.slip) == named(still, "v0") + moved]
+        return [moved == named(task.moved(out, 0), "V") @ vec(self.slip), chosen @ vec(self.slip) == named(still, "v0") + moved]
 
     def _shown(self, answer: A, **more: Array | float) -> A:
         """An answer, whose values stand in the user's unknowns from now on."""

@@ -21,7 +21,7 @@ from .patterns import best_order, best_pattern, check_events
 from .programs import Program
 from .question import Question, with_open
 from .safe_model import SafeModel, in_turn
-from .shakedown_result import ShakedownLimit
+from .shakedown_result import ShakedownLimit, upper_bound
 
 
 class ShakedownModel(SafeModel):
@@ -262,9 +262,7 @@ def judged(program: Program, chosen: bool = False, above: float = -np.inf) -> Sh
     """
     task, load_factor, slip, proof = program.task, program.load_factor, program.slip, program.chain.proof
     upward = isinstance(program.problem.objective, cp.Maximize)
-    bound = proof.bound + proof.defect if upward else proof.bound - proof.defect
-    if bound <= above:
-        raise SolverError(f"the limit is at most {bound:g}, so not above {above:g}")
+    bound = upper_bound(proof, above) if upward else proof.bound - proof.defect
     residual = float(np.nan_to_num(np.max([task.violation(load_factor, slip), proof.gap, program.own_violation]), nan=np.inf))
     names = (*program.own, "objective") if chosen else tuple(program.own)
     limit = ShakedownLimit(load_factor, slip, SolveRecord(residual=residual), task, program.motion, LimitKind.FINITE, bound, constraints=names)

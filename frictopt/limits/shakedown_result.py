@@ -7,12 +7,13 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from ..contact import LimitKind, frame, lengths, places
+from ..contact import LimitKind, frame, lengths
 from ..contact.checks import Array, finite_number, frozen
 from ..contact.tolerances import ROUNDING
-from ..errors import ModelError
+from ..errors import ModelError, SolverError
+from ..solve.compiled import Proof
 from ..transients.mean_load import unscaled_diagnosis
-from .answered import Rated
+from .answered import Rated, of_nodes
 from .gross_slip import gross_slip
 from .least_slip import LeastSlip, least_slip
 from .open_nodes import border
@@ -123,10 +124,8 @@ class ShakedownLimit(Rated):
         Columns node, contact (where there are several), x (x, y, z in space), event ("opens" or "closes"), way (part of the way from the first corner
         to the last, 0 to 1), loads (of the cycle there, at load factor 1).
         """
-        system, found = self.system, pd.DataFrame(self._task.events, columns=["node", "event", "way", "loads"])
-        names = {} if system.contact is None or len(set(system.contact)) < 2 else {"contact": np.asarray(system.contact)}
-        columns = {name: values[found["node"].to_numpy(dtype=int)] for name, values in (names | places(system)).items()}
-        return pd.DataFrame({"node": found["node"], **columns, **found[["event", "way", "loads"]]})
+        found = pd.DataFrame(self._task.events, columns=["node", "event", "way", "loads"]).astype({"node": int})
+        return pd.DataFrame({**of_nodes(self.system, found.pop("node").to_numpy()), **found})
 
     @property
     def open_share(self) -> Array:
@@ -269,3 +268,17 @@ class ShakedownLimit(Rated):
 
     def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
         return "shakedown limit", self.load_factor if self.objective is None else self.objective, self.mechanism, self.reason
+
+
+def upper_bound(proof: Proof, above: float = -np.inf) -> float:
+    """The bound of a largest load factor that multipliers prove, with their defect.
+
+    Raises
+    ------
+    SolverError
+        It is not `above` a load factor: however far the limit is from the best one, no better one is looked for.
+    """
+    bound = proof.bound + proof.defect
+    if bound <= above:
+        raise SolverError(f"the limit is at most {bound:g}, so not above {above:g}")
+    return bound

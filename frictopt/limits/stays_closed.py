@@ -32,7 +32,7 @@ def stays_closed(task: Question, load_factor: float) -> bool:
     node, f = (cp.Parameter(task.system.nodes, nonneg=True, name=name) for name in ("node", "f"))
     q1, p1 = ([named(part, f"{name}[{k}]") for k, part in enumerate(parts)] for name, parts in zip(("q1", "p1"), task.parts[2:], strict=True))
     more = [called(sum(map(times, shares, parts), start=cp.Constant(0)), f"shares * {name}1") for name, parts in (("q", q1), ("p", p1))]
-    program = listed_rows(asked, x, f, every=True, more=lambda k: more)
+    program = listed_rows(asked, x, f, every=True, more={0: more})
     program.compiled(least_pressure(x, node, shares, load_factor, program.rows), task.force, dict.fromkeys(shares, task.load_unit))
 
     def judged() -> _Pressed:
