@@ -40,7 +40,8 @@ def interior_point(program: Arrays, above: float = -np.inf) -> tuple[str, Array,
     """Status in Clarabel's words, x and multipliers; it ends early where these prove that the largest `-cost @ x` is not `above` a number."""
     try:
         condensed = Condensed(program)
-        status, y, z, _ = _solved(condensed, Cones(program.sizes), above + condensed.constant)
+        with np.errstate(over="raise", divide="raise", invalid="raise"):  # an ArithmeticError
+            status, y, z, _ = _solved(condensed, Cones(program.sizes), above + condensed.constant)
     except (ArithmeticError, np.linalg.LinAlgError) as error:  # rounding; or of equations that depend on each other
         return str(error), np.zeros(len(program.cost)), np.zeros(len(program.right))
     return status, *condensed.whole(y, z)
@@ -248,12 +249,11 @@ def _solved(program: Condensed, cones: Cones, above: float = -np.inf) -> tuple[s
             break
         try:
             newton = _Newton(program, cones, at, off)
+            ahead = newton.direction()
+            way = newton.direction((1 - min(1.0, newton.longest(ahead))) ** 3, ahead)
+            at = at.moved(way, min(1.0, _STAY * newton.longest(way)))
         except (ArithmeticError, np.linalg.LinAlgError):
             break
-        ahead = newton.direction()
-        share = (1 - min(1.0, newton.longest(ahead))) ** 3
-        way = newton.direction(share, ahead)
-        at = at.moved(way, min(1.0, _STAY * newton.longest(way)))
     if least > _NEARLY:
         raise ArithmeticError("rounding leaves no step towards an optimum")
     return "Solved" if least <= _ENOUGH else "AlmostSolved", best.y / best.tau, best.z / best.tau, step
