@@ -150,6 +150,8 @@ def _turned(subject: _Subject) -> tuple[float, bool]:
     other = fo.ContactSystem((S + S.T) / 2, system.points[order], bonded, gap=system.gap[order])
     corners, f = fo.LoadCycle(cycle.mean, cycle.corners[::-1]), subject.case.friction[order]
     found = fo.shakedown_limit(other, corners, f)
+    if (found.open != subject.answered_limit.open[order]).any():  # the search is local, and may end elsewhere from another order
+        return found.residual, False
     for name in ("load_factor", "least"):
         same(f"{name} is", getattr(found, name), getattr(subject.answered_limit, name), _SAME, _SAME)
     one, turned = fo.guaranteed_limit(system, cycle, subject.case.friction), fo.guaranteed_limit(other, corners, f)
