@@ -183,8 +183,8 @@ def test_the_ray_of_one_load_alone_gives_a_line_for_both():
 def test_a_side_that_misses_its_vertices_is_no_answer(monkeypatch, other):
     """A limit whose mechanism proves a little more than its slip carries leaves a line beside its point; those of twins are parallel."""
 
-    def loose(*args):
-        limit = fo.shakedown_limit(*args)
+    def loose(*args, **options):
+        limit = fo.shakedown_limit(*args, **options)
         return replace(limit, bound=limit.bound * (1 + 1e-6))
 
     contact = fo.ContactSystem.from_blocks(

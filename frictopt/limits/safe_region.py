@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 
 from ..contact import RESIDUAL, ZERO_LOAD_FACTOR, ContactSystem, checked_system, friction_coefficients
-from ..contact.checks import Array, check_name, checked_loads, finite_number, frozen, listed, warns_of_odd_values
+from ..contact.checks import Array, Booleans, check_name, checked_loads, finite_number, frozen, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
 from .answered import Mechanism
-from .question import pose, with_open
+from .question import Question, pose
 from .safe_region_result import SafeRegion, beyond_chord, domain
 from .shakedown import shakedown_limit
 from .shakedown_result import ShakedownLimit
@@ -30,7 +30,8 @@ def safe_region(system: ContactSystem, mean: Mapping[str, float], loads: Sequenc
     two amplitudes. Each shakedown limit along a ray gives a point of its border and, by its mechanism, a straight line that no safe amplitudes are
     beyond. The next ray goes to the point where two neighbouring lines meet: if it is safe, it is a vertex, else its limit gives a line between them.
     In the plane the shadow is a polygon, and so all its vertices and sides are found, by one linear program each. In space it is curved, and rays by
-    cone programs go on until the points and the lines are two polygons within the tolerance. Theory, eq. (17).
+    cone programs go on until the points and the lines are two polygons within the tolerance. Theory, eq. (17). Where nodes stay open, the region is
+    that of the open nodes of the limit under both loads: with others open, more may be safe.
 
     Parameters
     ----------
@@ -66,6 +67,8 @@ def safe_region(system: ContactSystem, mean: Mapping[str, float], loads: Sequenc
     """
     search = _Search(system, mean, loads, friction, finite_number("tolerance", tolerance, above=0.0))
     first, second = search.ray(1.0, 0.0), search.ray(0.0, 1.0)
+    if first.limit.open.any() or second.limit.open.any():
+        first, second = search.with_one_set(first, second)
     limits = first.limit.load_factor, second.limit.load_factor
     if np.isnan(limits).any():
         found = first if np.isnan(limits[0]) else second
@@ -114,9 +117,10 @@ class _Search:
         names = [load if isinstance(load, str) else " ".join(sorted(set[str]().union(*part))) for load, part in zip(pair, parts, strict=True)]
         self.names, self.unit, self._started = (names[0], names[1]), np.ones(2), perf_counter()
         self._limits: list[ShakedownLimit] = []
+        self._open: Booleans | None = None
         cycles = (domain(self._mean, self._parts, amplitudes) for amplitudes in ((1.0, 0.0), (0.0, 1.0)))
         self._corners = domain(self._mean, self._parts, (1.0, 1.0)).corner_names
-        self._unit = [pose(system, cycle, self._friction) for cycle in cycles]  # of the closed nodes, once a limit tells which are open
+        self._unit = [pose(system, cycle, self._friction) for cycle in cycles]
 
     def ray(self, first: float, second: float) -> _Point:
         """The largest safe amplitudes in the proportion of those given."""
@@ -124,21 +128,27 @@ class _Search:
             advice = "coarsen the contact" if self._system.tangents == 1 else "give a larger tolerance"
             raise SolverError(f"safe region: more than {_MOST_SIDES} sides; {advice}, or ask for the limit of each proportion by itself")
         cycle = domain(self._mean, self._parts, (first, second))
-        limit = shakedown_limit(self._system, cycle, self._friction)
+        limit = shakedown_limit(self._system, cycle, self._friction, open=self._open)
         self._limits.append(limit)
         reach, bound = limit.load_factor if np.isfinite(limit.load_factor) else 0.0, limit.bound
-        if limit.open.any() and not self._unit[0].open.any():
-            self._unit = [rest for task in self._unit if (rest := with_open(task, limit.open))]
         if reach <= ZERO_LOAD_FACTOR * limit._task.load_unit:
             reach = bound = 0.0
-        motion = self._ruled(limit._motion)
-        drives = [motion.work(unit)[1] for unit in self._unit]
+        units = [replace(unit, open=limit.open) for unit in self._unit]
+        motion = self._ruled(limit._motion, units)
+        drives = [motion.work(unit)[1] for unit in units]
         return _Point(reach * np.array([first, second]), limit, np.array(drives), float(bound), motion)
 
-    def _ruled(self, motion: Mechanism) -> Mechanism:
+    def with_one_set(self, first: _Point, second: _Point) -> tuple[_Point, _Point]:
+        """The two ends of the region of one set of open nodes, for which alone it is convex: that of the limit under both loads."""
+        sizes = [limit.load_factor if 0 < limit.load_factor < np.inf else 1.0 for limit in (first.limit, second.limit)]
+        self._open = self.ray(*sizes).limit.open
+        self._limits.clear()
+        return self.ray(1.0, 0.0), self.ray(0.0, 1.0)
+
+    def _ruled(self, motion: Mechanism, units: Sequence[Question]) -> Mechanism:
         """The same motions at the corners that rule them where both amplitudes are above zero: a ray of one load alone leaves the other's open."""
-        (one, other), f, nodes, moved = self._unit, motion.friction, np.arange(len(motion.friction)), motion.moves
-        r, w, out = one.r1 + other.r1, one.w[1] + other.w[1], np.zeros(len(motion.friction), dtype=bool) if motion.open is None else motion.open
+        (one, other), f, nodes, moved = units, motion.friction, np.arange(len(motion.friction)), motion.moves
+        r, w, out = one.r1 + other.r1, one.w[1] + other.w[1], one.open
         moves, press = np.zeros_like(r), np.zeros((len(r), r[0].size))
         for slip, size in zip(moved, motion.size, strict=True):
             along = np.vstack([slip[:-1], f * size])  # what it opens besides is at the corner of the least pressure
@@ -150,7 +160,7 @@ class _Search:
         pressed = -(moved.reshape(len(moved), -1) @ one.system.S)[:, -one.system.nodes :][:, out].sum(axis=0)  # what keeps open nodes from touching
         press[w.argmin(axis=0), np.flatnonzero(out) + one.system.tangents * one.system.nodes] = pressed.clip(0.0)
         moves = moves - ((moves.reshape(len(moves), -1) @ one.system.S + press) @ one.give).reshape(moves.shape)
-        return Mechanism(moves, f, open=motion.open)
+        return Mechanism(moves, f, open=out)
 
     def between(self, one: _Point, other: _Point) -> list[_Point]:
         """Points of the border between two, as many as its sides need; in space until their lines meet near enough to the chords."""
