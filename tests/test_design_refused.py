@@ -44,7 +44,7 @@ def test_designs_that_cannot_be_name_the_constraints_that_contradict():
         model.solve(0.5, [low, model.preload[1] <= 5.0, high])
     with pytest.raises(fo.ModelError, match=r"^strength, constraints\[1\]: no design is safe at any load factor with all nodes closed under these"):
         model.solve(0.5, [low, model.load_factor >= 0.6])
-    pulled = fo.DesignModel(uncoupled([[1.0, 0.0], [0.0, -1.0]], [1.0, 0.5]), fo.LoadCycle({"two": 1.0}, SHEAR.corners), preloads=["one"])
+    pulled = fo.DesignModel(uncoupled([[0.0, 0.0], [-1.0, -1.0]], [1.0, 0.5]), fo.LoadCycle({"two": 1.0}, SHEAR.corners), preloads=["one"])
     with pytest.raises(fo.ModelError, match=r"^preloads: no design is safe at any load factor with all nodes closed; .*shakedown_limit"):
         pulled.solve(0.5)
     with pytest.raises(fo.ModelError, match="another model"):

@@ -1,32 +1,39 @@
 """The best design: preloads and a profile of the faces with the largest shakedown limit, or the cheapest ones for a given load."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from contextlib import suppress
+from functools import partial
+from typing import Any, TypeAlias
 
 import cvxpy as cp
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import GROWN, ContactSystem, LoadCycle, SolveRecord, checked_loads, flag, frozen, listed, shown, warns_of_odd_values
-from ..errors import ModelError
+from ..contact import Array, Booleans, ContactSystem, LoadCycle, SolveRecord, checked_loads, flag, frozen, listed, shown, warns_of_odd_values
+from ..errors import ModelError, SolverError
 from . import models
 from .answered import answered
 from .design_result import PROFILE, Design, built_in, preload_reactions
-from .models import Row, named, unknowns
+from .design_rows import NoneSafeError, added, refused
+from .models import unknowns
 from .programs import Program, listed_rows, own_rows
-from .question import Question, pose
+from .question import Question, pose, with_open
 from .safe_model import SafeModel, checked_objective, in_turn
+from .shakedown import ShakedownModel
 
-_NAMED = 4  # unbounded parts of a design that an error names
+_MOST = 8  # sets of open nodes
+_PRESSED = 10.0  # mean normal force of the preloads where the search begins, over that of the contact
+
+Sets: TypeAlias = list[Booleans]  # of each scenario
 
 
 class DesignModel(SafeModel):
     """Preloads, fit and profile of a contact as unknowns beside its residual slip, for constraints and objectives of your own.
 
-    Reactions are linear in them, so the best design is the same convex program as the shakedown limit, with the same proof. Residual slips are any
-    that the constraints admit; all nodes are kept closed, so where nodes stay open under the mean load the best design may carry less than
-    `shakedown_limit` finds for the contact as it is. Theory, eq. (32).
+    Reactions are linear in them, so the best design is the same convex program as the shakedown limit, with the same proof, for given open nodes. At
+    first all are closed. Where the best design leaves a node bare, or none is safe, design and pattern are sought in turn, until the nodes that are
+    open are those that `shakedown_limit` leaves open under the chosen loads. Theory, eq. (32).
 
     Parameters
     ----------
@@ -130,30 +137,21 @@ class DesignModel(SafeModel):
     def _unknowns(self) -> list[cp.Variable]:
         return [*super()._unknowns, *(part for part in (self.preload, self.profile) if part is not None)]
 
-    def _more(self, shares: Mapping[str, float]) -> tuple[tuple[cp.Expression, cp.Expression], list[Row]]:
-        """What the design adds to q and p, and rows that define it, where some preloads act with a share alone."""
-        system, n = self._asked.system, self._asked.system.nodes
-        terms, rows = list[tuple[cp.Expression, cp.Expression]](), list[Row]()
-        if self.preload is not None:
-            acting = self._reactions * [shares.get(name, 1.0) for name in self._preloads]
-            terms.append((named(acting[:-n], "Q") @ self.preload, named(acting[-n:], "P") @ self.preload))
-        if self.profile is not None:
-            q_g, p_g = cp.Variable((len(self._reactions) - n), name="q_g"), cp.Variable(n, name="p_g")
-            rows = [q_g == named(-system.B.T, "-B.T") @ self.profile, p_g == named(-system.C, "-C") @ self.profile]
-            terms.append((q_g, p_g))
-        q, p = (sum(parts[1:], parts[0]) for parts in zip(*terms, strict=True))
-        return (q if system.tangents == 1 else cp.reshape(q, system.slip_shape, order="F"), p), rows
-
-    def _listed(self, task: Question) -> list[Program]:
-        """The rows of the first scenario, and of all others."""
+    def _listed(self, task: Question, own: Sequence[cp.Constraint], opened: Sequence[Booleans]) -> list[Program]:
+        """The rows of the first scenario and of all others, each with its open nodes."""
         listed_all = list[Program]()
-        for asked, shares in ((task, {}), *self._others):
+        for (posed, shares), out in zip(((task, {}), *self._others), opened, strict=True):
+            asked = with_open(posed, out)
+            assert asked is not None  # it has a limit
             first, of = not listed_all, f"_{len(listed_all)}"
             x = self._x if first else unknowns(asked.system.slip_shape, range(len(asked.r1)), self._x.load_factor, of)
             f = self._f if first else cp.Parameter(asked.system.nodes, nonneg=True, name=f"f{of}")
-            more, rows = self._more(shares)
-            program = listed_rows(asked, x, f, every=True, more=dict.fromkeys(range(len(asked.r1)), more))
+            more, rows = added(asked, self._reactions * [shares.get(name, 1.0) for name in self._preloads], self.preload, self.profile)
+            program = listed_rows(asked, x, f, every=True, more=dict.fromkeys(range(len(asked.r1)), more[:3]))
             program.rows += rows
+            if first:
+                program.own = own_rows(own, self._unknowns)
+                program.rows += self._rested(asked, more[3]) if own and out.any() else []
             listed_all.append(program)
         return listed_all
 
@@ -194,20 +192,78 @@ class DesignModel(SafeModel):
         {'bolt': 6.0}
         """
         task, own = self._posed(friction), listed("constraints", constraints)
-        every = self._listed(task)
-        program = every[0]
-        program.own = own_rows(own, self._unknowns)
-        problem = models.design(self._x, [row for each in every for row in each.rows])
-        if objective is not None:
-            problem = cp.Problem(cp.Maximize(checked_objective(objective, self._unknowns)), problem.constraints)
-        program.compiled(problem, task.load_unit if objective is None else 1.0, self._units(every), every[1:])
-        chosen = objective is not None
-        claim, record = program.chain.solve(lambda: self._judged(every, chosen), self._solver, no_optimum=lambda: self._refused(program, chosen))
-        design = answered(claim, record, program)
+        found, none, tried = list[tuple[Design, Sets]](), list[Exception](), list[bytes]()
+
+        def alternate(opened: Sets | None) -> None:
+            """Design and pattern in turn, until the pattern stays."""
+            while opened and len(tried) < _MOST and (key := np.array(opened).tobytes()) not in tried:
+                tried.append(key)
+                try:
+                    design = self._of_sets(task, own, objective, opened)
+                except (NoneSafeError, SolverError) as why:
+                    none.append(why)
+                    return
+                found.append((design, opened))
+                opened = self._patterns(design._tasks) if np.any(opened) or design.touches else None
+
+        alternate([each.open for each in (task, *(posed for posed, _ in self._others))])
+        if not found or found[0][0].touches:
+            alternate(self._where_pressed(task, own))
+        if not found:
+            raise ModelError(*none[0].args) if isinstance(none[0], NoneSafeError) else none[0]
+        design, opened = max(found, key=lambda pair: pair[0].value)
+        if tried[-1] != np.array(opened).tobytes():  # whose answer then stands in its problem, and in unknowns of the user's own
+            design = self._of_sets(task, own, objective, opened)
         for part, value in ((self.preload, design.preload), (self.profile, design.profile)):
             if part is not None:
                 part.save_value(np.asarray(value))
         return self._shown(design)
+
+    def _of_sets(self, task: Question, own: Sequence[cp.Constraint], objective: cp.Expression | None, opened: Sets) -> Design:
+        """The best design with given nodes open in each scenario."""
+        (program, *_), chosen = (every := self._listed(task, own, opened)), objective is not None
+        problem = models.design(self._x, [row for each in every for row in each.rows])
+        if objective is not None:
+            problem = cp.Problem(cp.Maximize(checked_objective(objective, self._unknowns)), problem.constraints)
+        program.compiled(problem, 1.0 if chosen else task.load_unit, self._units(every), every[1:])
+        entries = {self.preload: self._preloads, self.profile: range(task.system.nodes)}
+        none = partial(refused, program, entries, self._units([program]), chosen)
+        claim, record = program.chain.solve(lambda: self._judged(every, chosen), self._solver, no_optimum=none)
+        return answered(claim, record, program)
+
+    def _patterns(self, tasks: Sequence[Question]) -> Sets | None:
+        """Which nodes the best pattern of each scenario leaves open, with a design built in; None where that has no answer."""
+        closed = [with_open(task, np.zeros_like(task.open)) or task for task in tasks]
+        with suppress(SolverError):
+            return [ShakedownModel(one.system, one.cycle, slip_bound=one.most, solver=self._solver).of_any_set(one).open for one in closed]
+        return None
+
+    def _where_pressed(self, task: Question, own: Sequence[cp.Constraint]) -> Sets | None:
+        """The patterns under preloads that press as much as the constraints admit, within many times the forces of the contact: another start."""
+        more, rows = added(task, self._reactions, self.preload, self.profile)
+        program = listed_rows(task, self._x, self._f, every=True, friction=lambda x, corners: [], more=dict.fromkeys(range(len(task.r1)), more[:3]))
+        program.own, n = own_rows(own, self._unknowns), task.system.nodes
+        if self.preload is None:
+            self.profile.save_value(np.zeros(n))
+        else:
+            pressing = self._reactions[-n:].sum(axis=0) @ self.preload
+            problem = cp.Problem(cp.Maximize(pressing), [*program.rows, *rows, pressing <= _PRESSED * n * task.force])
+            program.compiled(problem, n * task.force, self._units([program]))
+        with suppress(SolverError):
+            if self.preload is not None:
+                program.chain.solve(lambda: SolveRecord(residual=program.chain.violation))
+            return self._patterns(self._built([task, *(posed for posed, _ in self._others)])[2])
+        return None
+
+    def _built(self, asked: Sequence[Question]) -> tuple[Array, Array | None, tuple[Question, ...]]:
+        """Preloads and profile that stand in the unknowns, and each scenario with them built in."""
+        preload = np.zeros(0) if self.preload is None else frozen(self.preload.value + 0.0)  # no -0
+        profile = None if self.profile is None else frozen(self.profile.value + 0.0)
+        amounts = dict(zip(self._preloads, preload.tolist(), strict=True))
+        acting = [amounts, *({name: a * shares.get(name, 1.0) for name, a in amounts.items()} for _, shares in self._others)]
+        system, cycles = built_in(self._asked.system, [(one.cycle, loads) for one, loads in zip(asked, acting, strict=True)], profile)
+        posed = [pose(system, cycle, one.friction, slip_bound=self._asked.most) for cycle, one in zip(cycles, asked, strict=True)]
+        return preload, profile, tuple(with_open(task, one.open) or task for task, one in zip(posed, asked, strict=True))
 
     def _units(self, every: Sequence[Program]) -> dict[cp.Variable, Any]:
         """Units of the design, which make reactions of about the force of the contact at a node, and of the other scenarios."""
@@ -223,14 +279,9 @@ class DesignModel(SafeModel):
 
     def _judged(self, every: Sequence[Program], chosen: bool) -> Design:
         """Judge the design that stands in a program: built in, by the contact law in every scenario, and by the multipliers of all rows."""
-        program, names = every[0], self._preloads
-        preload = np.zeros(0) if self.preload is None else frozen(self.preload.value + 0.0)  # no -0
-        profile = None if self.profile is None else frozen(self.profile.value + 0.0)
-        amounts = dict(zip(names, preload.tolist(), strict=True))
-        acting = [amounts, *({name: a * shares.get(name, 1.0) for name, a in amounts.items()} for _, shares in self._others)]
-        system, cycles = built_in(self._asked.system, [(one.task.cycle, loads) for one, loads in zip(every, acting, strict=True)], profile)
-        slips = [frozen(one.slip) for one in every]
-        tasks = tuple(pose(system, cycle, one.task.friction, slip_bound=self._asked.most) for cycle, one in zip(cycles, every, strict=True))
+        program = every[0]
+        preload, profile, tasks = self._built([one.task for one in every])
+        slips = [frozen(task.rested(one.slip)) for task, one in zip(tasks, every, strict=True)]
         load_factor, proof = program.load_factor, program.chain.proof
         unsafe = max(task.violation(load_factor, slip) for task, slip in zip(tasks, slips, strict=True))
         residual = float(np.nan_to_num(np.max([unsafe, proof.gap, program.own_violation]), nan=np.inf))
@@ -238,7 +289,7 @@ class DesignModel(SafeModel):
             load_factor=load_factor,
             objective=proof.value if chosen else None,
             bound=proof.bound + proof.defect,
-            preload=pd.Series(preload, index=pd.Index(names, name="load", dtype=object), name="preload"),
+            preload=pd.Series(preload, index=pd.Index(self._preloads, name="load", dtype=object), name="preload"),
             profile=profile,
             slip=slips[0],
             slips=tuple(slips),
@@ -246,32 +297,4 @@ class DesignModel(SafeModel):
             prices=program.prices(),
             record=SolveRecord(residual=residual),
             _tasks=tasks,
-        )
-
-    def _refused(self, program: Program, chosen: bool) -> None:
-        """Say why there is no best design; None where that cannot be proven."""
-        if none := program.chain.contradiction(self._solver):
-            ruling, own = program.ruling(none.ruling), {row.id for group in program.own.values() for row in group}
-            safe = "no design is safe at any load factor with all nodes closed" if none.ruling - own else "they contradict each other"
-            if not ruling:
-                raise ModelError(f"preloads: {safe}; press nodes that are open, or ask `shakedown_limit` of designs of your own")
-            raise ModelError(f"{', '.join(ruling)}: {safe} under these constraints; drop or relax one")
-        growth = program.chain.growth(self._solver)
-        if growth is None:
-            return
-        parts = {"preload": self.preload, "profile": self.profile}
-        units, found = self._units([program]), dict[str, float]()
-        for part, variable in parts.items():
-            if variable is not None:
-                along = np.ravel(program.chain.value_along(growth, variable) / units[variable])
-                names = [repr(name) for name in self._preloads] if part == "preload" else [str(node) for node in range(len(along))]
-                found |= {f"{part}[{name}]": value for name, value in zip(names, along.tolist(), strict=True)}
-        largest, goal = max(map(abs, found.values())), "objective" if chosen else "load_factor"
-        if not largest > GROWN:
-            raise ModelError(f"{goal}: it grows without end whatever the design; bound it by a constraint, or give another objective")
-        grows = {name: value for name, value in found.items() if abs(value) > GROWN * largest}
-        named_parts = [f"{name} has no {'upper' if value > 0 else 'lower'} bound" for name, value in [*grows.items()][:_NAMED]]
-        more = f" and {len(grows) - _NAMED} more" if len(grows) > _NAMED else ""
-        raise ModelError(
-            f"{goal}: it grows without end with the design: {', '.join(named_parts)}{more}; bound them by constraints, or say what they cost"
         )

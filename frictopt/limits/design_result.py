@@ -10,10 +10,11 @@ import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact import CONDENSATION, Array, ContactSystem, LoadCycle, joined
+from ..contact import CONDENSATION, Array, Booleans, ContactSystem, LoadCycle, joined
 from ..errors import ModelError
 from ..solve.problem import Explained
 from .answered import Answered, Duals
+from .open_nodes import TOUCHES
 from .question import Question
 
 PROFILE = "profile"  # load case of the overlap that a profile leaves
@@ -68,8 +69,8 @@ class Design(Answered, Explained):
     objective
         Largest value of an objective of your own; None without.
     bound
-        Upper bound of the load factor of all designs that the constraints admit (of their objective where there is one), from the multipliers alone.
-        It equals the value up to `residual`.
+        Upper bound of the load factor of all designs that the constraints admit (of their objective where there is one) with the same nodes open,
+        not of others, from the multipliers alone. It equals the value up to `residual`.
     preload
         Series: amplitude that the design adds to the mean load, for each load case that was free.
     profile
@@ -109,9 +110,32 @@ class Design(Answered, Explained):
     _duals: Duals = ()
 
     @property
+    def value(self) -> float:
+        """What is largest: the load factor, or the objective where there is one."""
+        return self.load_factor if self.objective is None else self.objective
+
+    @property
     def scenarios(self) -> tuple[tuple[LoadCycle, Array], ...]:
         """The pairs (load cycle, friction) of all scenarios, with the design built in (preloads in the mean load); the first one is `cycle`."""
         return tuple((task.cycle, task.friction) for task in self._tasks)
+
+    @property
+    def opens(self) -> tuple[Booleans, ...]:
+        """Which nodes are open at all corners, (N,) for each scenario; `open` is the first."""
+        return tuple(task.open for task in self._tasks)
+
+    @property
+    def touches(self) -> bool:
+        """Whether a closed node may want to open: a corner leaves it without pressure, or the mean load alone would pull it open."""
+        states = [(task, task.states(self.load_factor, slip)[1][:, -1]) for task, slip in zip(self._tasks, self.slips, strict=True)]
+        bare = (p.min(axis=0) <= TOUCHES * task.force for task, p in states)
+        return any(((no_pressure | (task.r0[:, -1].max(axis=0) < 0)) & ~task.open).any() for no_pressure, (task, _) in zip(bare, states, strict=True))
+
+    @property
+    def reason(self) -> str:
+        """Why no design is better, in words, and for which open nodes."""
+        some = any(opened.any() for opened in self.opens)
+        return f"{self._opened}no design that the constraints admit is better{self._task.pattern}{'; with others open one may be' * some}"
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, its place, its slip, and the profile where there is one."""
@@ -122,7 +146,7 @@ class Design(Answered, Explained):
         chosen = () if self.objective is None else ("objective",)
         shown = {name: getattr(self, name) for name in ("load_factor", *chosen, "bound", "largest_slip", "residual")}
         shaped = {} if self.profile is None else {"profile": f"{self.profile.min():.4g} .. {self.profile.max():.4g}"}
-        return {**shown, **{f"preload {name}": amount for name, amount in self.preload.items()}, **shaped}
+        return {**shown, **{f"preload {name}": amount for name, amount in self.preload.items()}, **shaped, "reason": self.reason}
 
     def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
-        return "best design", self.load_factor if self.objective is None else self.objective, None, ""
+        return "best design", self.value, None, self.reason

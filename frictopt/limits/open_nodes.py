@@ -4,10 +4,11 @@ from contextlib import suppress
 
 import numpy as np
 
-from ..contact import Array, Booleans, ContactSystem, LoadCycle
+from ..contact import RESIDUAL, Array, Booleans, ContactSystem, LoadCycle
 from ..errors import ModelError, NoContinuation
 from .question import Question
 
+TOUCHES = 1e3 * RESIDUAL  # pressure, over the mean force, up to which a closed node wants to open
 _BESIDE = 1.5  # distances of the nearest node within which others are its neighbours
 
 

@@ -17,18 +17,17 @@ from functools import cache
 
 import numpy as np
 
-from ..contact import RESIDUAL, Booleans, LimitKind
+from ..contact import Booleans, LimitKind
 from ..contact.checks import flag
 from ..errors import FrictoptError, ModelError, SolverError
 from .lift_off import LiftOff, Nodes, Order, among, of_order
-from .open_nodes import open_under_mean
+from .open_nodes import TOUCHES, open_under_mean
 from .question import Question, with_open
 from .shakedown_result import ShakedownLimit
 
 _SHARES = 1.0, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02  # of the friction, with which the mean load may open other nodes
 _RULES = 0.02  # part of the largest motion from which on a node rules
 _GAINS = 1e-7  # relative gain that counts
-_TOUCHES = 1e3 * RESIDUAL  # pressure, over the mean force, up to which a closed node wants to open
 _MOST = 60  # programs
 _GROUP, _FEW = 4, 16  # nodes that are flipped at once in space, where more than few of them rule
 _WORK = 20_000  # programs, times their slips, in which the order of openings is looked for
@@ -55,12 +54,16 @@ def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLi
         with suppress(FrictoptError):  # one without an answer that passes the checks is none of those known to rest
             reached = best.load_factor if counts(best) else -np.inf
             rest = None if opened.all() else with_open(task, opened)  # a contact that is open for ever is none
-            limit = None if rest is None else of_set(rest, reached)
-            if limit is not None and counts(limit) and limit.load_factor > reached * (1 + _GAINS):
+            limit = None if rest is None else of_set(rest, reached if best.least <= 0 else -np.inf)
+            if limit is None or not counts(limit):
+                return False
+            if limit.load_factor > reached * (1 + _GAINS):
                 if counts(best) and limit.least > max(best.load_factor, at if at < np.inf else 0.0) * (1 + _GAINS):  # between them none is safe
                     return False
                 best = replace(limit, least=min(best.least, limit.least)) if counts(best) else limit
                 return True
+            if limit.least < best.least <= limit.load_factor:  # safe where the best one is not yet
+                best = replace(best, least=limit.least)
         return False
 
     def climb() -> None:
@@ -100,7 +103,7 @@ def _next_to(best: ShakedownLimit) -> Iterator[Booleans]:
     moved = best._motion.parts(task.system).sum(axis=(0, 1))
     ruling = np.argsort(-moved, kind="stable")[: int((moved > _RULES * moved.max()).sum())]
     if not best.open.any():
-        pressed = best.reactions[1].min(axis=0) > _TOUCHES * task.force
+        pressed = best.reactions[1].min(axis=0) > TOUCHES * task.force
         ruling = ruling[~pressed[ruling] | (task.r0[:, -1, ruling].max(axis=0) < 0)]
     near = np.roll(best.open, 1) != best.open
     border = near | np.roll(near, -1)
@@ -163,7 +166,7 @@ def _pivots(best: ShakedownLimit, order: Order) -> Iterator[Order]:
     """Orders next to one, by nodes that want to open or close at a corner, and by events that meet."""
     task, (start, events), sets = best._task, order, order.between
     (u, r), moved = task.states(best.load_factor, best.slip), best._motion.parts(task.system).sum(axis=0)[[0, -1]]
-    bare, shut = r[:, -1] <= _TOUCHES * task.force, u[:, -1] <= _TOUCHES * task.clearance
+    bare, shut = r[:, -1] <= TOUCHES * task.force, u[:, -1] <= TOUCHES * task.clearance
     ruling = moved > _MOVES * moved.max()
     opening = [_nodes(bare[k] & ruling[k]) - sets[k] for k in (0, -1)]
     for last in _together_and_alone(opening[1]):
@@ -177,7 +180,7 @@ def _pivots(best: ShakedownLimit, order: Order) -> Iterator[Order]:
         yield Order(start - {node}, (Nodes({node}), *events))
     if not isinstance(task, LiftOff):
         return
-    meets = np.diff(task.way) <= _TOUCHES  # with the corners
+    meets = np.diff(task.way) <= TOUCHES  # with the corners
     for m in np.flatnonzero(meets[1:-1]).tolist():
         yield Order(start, (*events[:m], events[m + 1], events[m], *events[m + 2 :]))
         yield Order(start, (*events[:m], *filter(None, [events[m] ^ events[m + 1]]), *events[m + 2 :]))

@@ -103,14 +103,15 @@ class Question:
     @cached_property
     def r0(self) -> Array:
         """(K, t + 1, N) or (1, t + 1, N) reactions of the closed nodes at load factor 0, normal ones last, force."""
-        return self._carried(self.bonded[0])
+        return self.carried(self.bonded[0])
 
     @cached_property
     def r1(self) -> Array:
         """(K, t + 1, N) what a load factor of 1 adds."""
-        return self._carried(self.bonded[1])
+        return self.carried(self.bonded[1])
 
-    def _carried(self, r: Array) -> Array:
+    def carried(self, r: Array) -> Array:
+        """(K, t + 1, N) reactions of the closed nodes, of closed reactions (K, M)."""
         r = r if self.give is None else (r - (r @ self.give) @ self.system.S) * ~np.tile(self.open, self.system.tangents + 1)
         return r.reshape(len(r), -1, self.system.nodes)
 

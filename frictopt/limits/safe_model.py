@@ -118,13 +118,13 @@ class SafeModel:
         program.ask(task, unit)
         return program
 
-    def _rested(self, task: Question) -> list[Row]:
-        """Rows by which the slip of open nodes is the one under the mean load, for the user's own rows."""
+    def _rested(self, task: Question, more: Any = 0) -> list[Row]:
+        """Rows by which the slip of open nodes is the one under the mean load, for the user's own rows; `more` is what unknown loads add to it."""
         t = task.system.tangents * task.system.nodes
         out = np.tile(task.open, task.system.tangents)
         still = task.rested(np.zeros(task.system.slip_shape)).T.ravel()[out]
         moved, chosen = cp.Variable(len(still), name="v_r"), named(np.eye(t)[out], "open")
-        return [moved == named(task.moved(out, 0), "V") @ vec(self.slip), chosen @ vec(self.slip) == named(still, "v0") + moved]
+        return [moved == named(task.moved(out, 0), "V") @ vec(self.slip), chosen @ vec(self.slip) == named(still, "v0") + moved + more]
 
     def _shown(self, answer: A, **more: Array | float) -> A:
         """An answer, whose values stand in the user's unknowns from now on."""
