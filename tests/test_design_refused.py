@@ -6,6 +6,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.limits.question import Question
+from liars import misread
 from refused import refused
 from spatial import cycle, random_contact
 from systems import CYCLE, random_system
@@ -90,3 +91,23 @@ def test_a_design_that_breaks_the_law_in_one_scenario_is_no_answer(monkeypatch):
     model = fo.DesignModel(CONTACT, CYCLE, preloads=["mean"], scenarios=[(CYCLE, 0.6)])
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         model.solve(0.5, [cp.abs(model.preload) <= 0.1])
+
+
+@pytest.mark.parametrize("which", ["more preload than its own row admits", "multipliers of another bound"])
+def test_a_design_beyond_its_rows_or_without_its_bound_is_no_answer(which, monkeypatch):
+    """Safe at the right load factor all the same."""
+    model, told = fo.DesignModel(uncoupled(np.eye(2), [1.0, 0.5]), SHEAR, preloads=["one", "two"]), []
+    rows = [model.preload >= 0.0, cp.sum(model.preload) <= 3.0]
+    assert model.solve(0.5, rows).load_factor == pytest.approx(1.0)
+
+    def lie(compiled, z, multipliers):
+        told.append(which)
+        if which.startswith("more"):
+            z[compiled.place(compiled.problem.var_dict["preload"])] += 1e-3
+        else:
+            multipliers *= 1 + 1e-6
+
+    misread(monkeypatch, lie)
+    with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
+        model.solve(0.5, rows)
+    assert told
