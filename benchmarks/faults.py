@@ -420,8 +420,6 @@ FAULTS = (
           "design_opens"),
     Fault("limits/design_rows.py", "open nodes carry a design's loads", "left = asked.carried(r.T)", "left = r.T", "design_opens"),
     Fault("limits/safe_region.py", "each side of a region has its own open nodes", "friction, open=self._open)", "friction)", "region_opens"),
-    Fault("limits/patterns.py", "a set that begins below the best one is forgotten", "limit.least < best.least <= limit.load_factor", "False",
-          "patterns"),
     Fault("limits/critical_search.py", "rates forget the node's own rows", "moves=moves + own", "moves=own",
           "load_rates::test_of_the_guaranteed_limit_in_the_plane"),
     Fault("limits/critical_search.py", "across opposed corners both levers are alike", "/ ((len(corners) - 1) * size.sum())", "* 0 + 0.5",

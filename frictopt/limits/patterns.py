@@ -54,16 +54,12 @@ def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLi
         with suppress(FrictoptError):  # one without an answer that passes the checks is none of those known to rest
             reached = best.load_factor if counts(best) else -np.inf
             rest = None if opened.all() else with_open(task, opened)  # a contact that is open for ever is none
-            limit = None if rest is None else of_set(rest, reached if best.least <= 0 else -np.inf)
-            if limit is None or not counts(limit):
-                return False
-            if limit.load_factor > reached * (1 + _GAINS):
+            limit = None if rest is None else of_set(rest, reached)
+            if limit is not None and counts(limit) and limit.load_factor > reached * (1 + _GAINS):
                 if counts(best) and limit.least > max(best.load_factor, at if at < np.inf else 0.0) * (1 + _GAINS):  # between them none is safe
                     return False
                 best = replace(limit, least=min(best.least, limit.least)) if counts(best) else limit
                 return True
-            if limit.least < best.least <= limit.load_factor:  # safe where the best one is not yet
-                best = replace(best, least=limit.least)
         return False
 
     def climb() -> None:

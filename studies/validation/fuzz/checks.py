@@ -120,6 +120,8 @@ def _safe_slip(known: Known) -> tuple[float, bool]:
     safe = known.answered_safe_slip
     if safe.open.any():
         limit = known.answered_limit
+        if (safe.open != limit.open).any():  # those of the limit may be safe from a larger load factor on
+            return safe.residual, False
         if safe.exists != (limit.least <= known.load_factor <= limit.load_factor) and abs(safe.margin) > 1e-8:
             raise Wrong(f"exists = {safe.exists} at {known.load_factor}, limit {limit.load_factor}")
         return safe.residual, True
