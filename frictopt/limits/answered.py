@@ -256,9 +256,9 @@ A = TypeVar("A", bound=Answered)
 
 def answered(claim: A, record: SolveRecord, program: Any) -> A:
     """The claim that has passed, with its program and how it was found."""
-    task, left_out = program.task, list(record.left_out)
-    idle = len(task.r1) - len(program.corners)
-    left_out += [f"corners: {idle} of {len(task.r1)} are within the hull of the others"] * bool(idle)
+    task, left_out = claim._task, list(record.left_out)
+    idle = len(program.x.q) - len(program.corners)
+    left_out += [f"corners: {idle} of {len(program.x.q)} are within the hull of the others"] * bool(idle)
     opened = int(task.open.sum())
     left_out += [f"nodes: {opened} of {len(task.open)} stay open"] * bool(opened)
     record = replace(record, left_out=tuple(left_out), seconds=perf_counter() - task.started)

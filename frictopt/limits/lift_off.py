@@ -10,23 +10,22 @@ and so for p and the gaps, with A and the loads of the nodes that are closed bef
 all is linear and no node opens or closes: nodes that stick at both ends stick in between. On the way back it is the same the other way round.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import accumulate, pairwise
-from time import perf_counter
 from types import SimpleNamespace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cvxpy as cp
 import numpy as np
 
 from ..contact import Array, Booleans, LimitKind, LoadCycle, SolveRecord
-from .answered import Mechanism, duals
-from .models import Unknowns, events, named, ordered, rest, shakedown, stuck, times, unknowns
+from .answered import Mechanism
+from .models import Row, events, named, ordered, rest, stuck, times, unknowns
 from .programs import Program
 from .question import Question
-from .shakedown_result import ShakedownLimit, upper_bound
+from .shakedown_result import ShakedownLimit
 
 Nodes = frozenset[int]
 
@@ -126,61 +125,82 @@ class LiftOff(Question):
         return float(np.nan_to_num(off, nan=np.inf))
 
 
-def of_order(
-    task: Question, order: Order, of_set: Callable[[Nodes], Question | None], solver: str | None, above: float = -np.inf
-) -> ShakedownLimit | None:
-    """The limit of a given order; `of_set` gives the question with some nodes open. None if the others do not hold them.
-
-    Raises
-    ------
-    SolverError
-        No answer that passes the checks, or it is proven not to be `above` a load factor.
-    """
+def with_order(task: Question, order: Order, of_set: Callable[[Nodes], Question | None]) -> LiftOff | None:
+    """The question with an order of events, not yet on their places; `of_set` gives it with some nodes open. None if the others do not hold them."""
     sets = [each for nodes in order.through if (each := of_set(nodes))]
     always = of_set(frozenset.intersection(*order.through))
     if always is None or len(sets) < len(order.through):
         return None
-    x = unknowns(task.system.slip_shape, range(len(sets)))
-    f, way = cp.Parameter(task.system.nodes, nonneg=True, name="f"), [cp.Variable(name=f"way[{m}]") for m in range(1, len(sets) - 1)]
-    f.value = task.friction
-    parts = [_listed(each, x, f, way, [m for m, one in enumerate(sets) if one is each], k) for k, each in enumerate(dict.fromkeys(sets))]
-    rows = [row for part in parts for row in part.rows] + events(x, {m: sorted(nodes) for m, nodes in enumerate(order.events, start=1)})
-    units = {variable: unit for part in parts for variable, unit in part.units.items()} | dict.fromkeys(way, task.load_unit)
-    program = parts[0].compiled(shakedown(x, rows + ordered(x.load_factor, way)), task.load_unit, units, parts[1:])
+    known = {each.name: getattr(always, each.name) for each in fields(always)}
+    return LiftOff(**known, order=order, way=np.linspace(0.0, 1.0, len(sets)), sets=tuple(sets))
 
-    def asked(shares: list[float]) -> LiftOff:
-        known = {each.name: getattr(always, each.name) for each in fields(always)}
-        return LiftOff(**known, order=order, way=np.array([0.0, *shares, 1.0]), sets=tuple(sets))
 
-    def judged() -> ShakedownLimit:
-        load_factor, proof = program.load_factor, program.chain.proof
-        bound = upper_bound(proof, above)
-        question = asked([float(part.value) / load_factor if load_factor > 0 else 0.0 for part in way])
-        slip, opened = always.rested(np.array(x.slip.value)), np.array([each.open for each in sets])
-        record = SolveRecord(residual=float(np.nan_to_num(max(question.violation(load_factor, slip), proof.gap), nan=np.inf)))
-        motion = Mechanism(np.sum([part.motion.moves for part in parts], axis=0), task.friction * ~opened, open=opened)
-        return ShakedownLimit(load_factor, slip, record, question, motion, LimitKind.FINITE, bound)
+class Ordered(Program):
+    """The listing of an order of events, in which the places of the events are unknowns.
 
-    def without_limit() -> ShakedownLimit | None:
-        growth = program.chain.growth(solver)
+    Parameters
+    ----------
+    asked
+        The question.
+    friction
+        The rows of friction at some instants, see `models.stuck`.
+    load_factor
+        The load factor, if it is given.
+    """
+
+    def __init__(self, asked: LiftOff, friction: Callable[..., list[Row]] = stuck, load_factor: Any = None) -> None:
+        sets, self._asked, self.own = asked.sets, asked, {}
+        self.x, self.corners = unknowns(asked.system.slip_shape, range(len(sets)), load_factor), list(range(len(sets)))
+        self.f = cp.Parameter(asked.system.nodes, nonneg=True, name="f", value=asked.friction)
+        self.way = [cp.Variable(name=f"way[{m}]") for m in self.corners[1:-1]]
+        of_sets = [(each, [m for m, one in enumerate(sets) if one is each]) for each in dict.fromkeys(sets)]
+        self._parts = [self._part(each, instants, number, friction) for number, (each, instants) in enumerate(of_sets)]
+        touching = {m: sorted(nodes) for m, nodes in enumerate(asked.order.events, start=1)}
+        self.rows = [row for part in self._parts for row in part.rows]
+        self.rows += events(self.x, touching) + ordered(self.x.load_factor, self.way)
+
+    def _part(self, task: Question, instants: list[int], number: int, friction: Callable[..., list[Row]]) -> Program:
+        """The rows of instants with the same nodes open before and after."""
+        of, last, x = f"_{number}" * (number > 0), len(self.corners) - 1, self.x
+        first, then = task.loads(0), task.loads(1)
+        changes = [named(then[f"{part}1[1]"] - first[f"{part}1[0]"], f"d{part}{of}") for part in "qpw"]
+        more = {m: [times(self.way[m - 1], change) for change in changes] for m in instants if 0 < m < last}
+        mine = replace(unknowns(task.system.slip_shape, (), x.load_factor, of), slip=x.slip, q=x.q, p=x.p)
+        contact = SimpleNamespace(A=task.A, B=task.B, W=task.W, loads=lambda m: then if m == last else first)
+        rows = rest(contact, mine, instants, more, of)
+        return Program(task, mine, self.f, instants, rows + friction(mine, self.f, instants, task.little))
+
+    def compiled(self, problem: cp.Problem, unit: float, units: Mapping[cp.Variable, Any] | None = None, others: Sequence[Program] = ()) -> "Ordered":
+        """See `Program.compiled`."""
+        own = {variable: size for part in self._parts for variable, size in part.units.items()} | dict.fromkeys(self.way, self._asked.load_unit)
+        self.chain = self._parts[0].compiled(problem, unit, own | dict(units or {}), [*self._parts[1:], *others]).chain
+        return self
+
+    @property
+    def task(self) -> LiftOff:  # type: ignore[override]  # it follows from the solution
+        """The question, with the events where they are in the solution."""
+        return self._placed([float(part.value) for part in self.way], float(self.x.load_factor.value))
+
+    def _placed(self, way: list[float], load_factor: float) -> LiftOff:
+        return replace(self._asked, way=np.array([0.0, *(part / load_factor if load_factor > 0 else 0.0 for part in way), 1.0]))
+
+    @property
+    def slip(self) -> Array:
+        """See `Program.slip`."""
+        return self._asked.rested(np.array(self.x.slip.value))
+
+    @property
+    def motion(self) -> Mechanism:
+        """See `Program.motion`."""
+        opened = np.array([each.open for each in self._asked.sets])
+        return Mechanism(np.sum([part.motion.moves for part in self._parts], axis=0), self._asked.friction * ~opened, open=opened)
+
+    def without_limit(self, solver: str | None) -> ShakedownLimit | None:
+        """The answer that all load factors are safe, proven; None where that is not."""
+        growth = self.chain.growth(solver)
         if growth is None:
             return None
-        ahead = program.chain.value_along(growth, x.load_factor)
-        question = asked([program.chain.value_along(growth, part) / ahead for part in way])
-        still, record = Mechanism(np.zeros((len(sets), *task.r1.shape[1:])), task.friction), SolveRecord(residual=growth.residual)
-        return ShakedownLimit(np.inf, np.full(x.slip.shape, np.nan), record, question, still, LimitKind.UNBOUNDED, np.inf)
-
-    limit, record = program.chain.solve(judged, solver, no_optimum=without_limit, above=above)
-    return replace(limit, record=replace(record, seconds=perf_counter() - task.started), problem=program.problem, _duals=duals(program.problem))
-
-
-def _listed(task: Question, x: Unknowns, f: cp.Parameter, way: list[cp.Variable], instants: list[int], number: int) -> Program:
-    """The rows of instants with the same nodes open before and after."""
-    of, last = f"_{number}" * (number > 0), len(way) + 1
-    first, then = task.loads(0), task.loads(1)
-    changes = [named(then[f"{part}1[1]"] - first[f"{part}1[0]"], f"d{part}{of}") for part in "qpw"]
-    more = {m: [times(way[m - 1], change) for change in changes] for m in instants if 0 < m < last}
-    mine = replace(unknowns(task.system.slip_shape, (), x.load_factor, of), slip=x.slip, q=x.q, p=x.p)
-    contact = SimpleNamespace(A=task.A, B=task.B, W=task.W, loads=lambda m: then if m == last else first)
-    rows = rest(contact, mine, instants, more, of)
-    return Program(task, mine, f, instants, rows + stuck(mine, f, instants, task.little))
+        way, ahead = [self.chain.value_along(growth, part) for part in self.way], self.chain.value_along(growth, self.x.load_factor)
+        still = Mechanism(np.zeros((len(self.corners), *self._asked.r1.shape[1:])), self._asked.friction)
+        unsafe, record = np.full(self.x.slip.shape, np.nan), SolveRecord(residual=growth.residual)
+        return ShakedownLimit(np.inf, unsafe, record, self._placed(way, ahead), still, LimitKind.UNBOUNDED, np.inf)

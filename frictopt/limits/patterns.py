@@ -20,7 +20,7 @@ import numpy as np
 from ..contact import Booleans, LimitKind
 from ..contact.checks import flag
 from ..errors import FrictoptError, ModelError, SolverError
-from .lift_off import LiftOff, Nodes, Order, among, of_order
+from .lift_off import LiftOff, Nodes, Order, among, with_order
 from .open_nodes import TOUCHES, open_under_mean
 from .question import Question, with_open
 from .shakedown_result import ShakedownLimit
@@ -114,8 +114,11 @@ def _next_to(best: ShakedownLimit) -> Iterator[Booleans]:
         yield opened
 
 
-def best_order(best: ShakedownLimit, solver: str | None) -> ShakedownLimit:
-    """The best limit that pivots reach from one with nodes that stay as they are; that itself where none is better."""
+def best_order(best: ShakedownLimit, of_order: Callable[[LiftOff, float], ShakedownLimit]) -> ShakedownLimit:
+    """The best limit that pivots reach from one with nodes that stay as they are; that itself where none is better.
+
+    `of_order` asks for the one of a given order, which counts above a load factor.
+    """
     task, order, tried = best._task, Order(_nodes(best.open)), set[Order]()
     most = min(_MOST, _WORK // best.slip.size)
 
@@ -129,7 +132,8 @@ def best_order(best: ShakedownLimit, solver: str | None) -> ShakedownLimit:
             return False
         tried.add(pivot)
         with suppress(FrictoptError):  # one without an answer that passes the checks is none of those known to rest
-            limit = of_order(task, pivot, of_set, solver, best.load_factor * (1 + _GAINS))
+            asked = with_order(task, pivot, of_set)
+            limit = None if asked is None else of_order(asked, best.load_factor * (1 + _GAINS))
             if limit is not None and limit.load_factor > best.load_factor * (1 + _GAINS):
                 best, order = replace(limit, least=best.least), pivot
                 return True

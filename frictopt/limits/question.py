@@ -253,7 +253,7 @@ class Question:
 
     def rested(self, slip: Array) -> Array:
         """A slip of the closed nodes with that of the open ones under the mean load."""
-        return slip if self.give is None else np.asarray(self.states(0.0, slip)[0][0, :-1].T.reshape(slip.shape))
+        return slip if self.give is None else np.asarray(Question.states(self, 0.0, slip)[0][0, :-1].T.reshape(slip.shape))  # nothing else opens
 
     def beyond(self, slip: Array) -> float:
         """By how much the slip exceeds its bound, over the largest slip or bound; at most 0 if it does not."""

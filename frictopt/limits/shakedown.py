@@ -16,6 +16,7 @@ from ..contact.checks import flags
 from ..contact.diagnosis import growth_diagnosis
 from ..errors import ModelError, SolverError
 from .answered import Mechanism, answered
+from .lift_off import LiftOff, Ordered
 from .models import least_load, shakedown
 from .patterns import best_order, best_pattern, check_events
 from .programs import Program
@@ -112,7 +113,19 @@ class ShakedownModel(SafeModel):
                 raise ModelError("open: too few closed nodes, or none, would hold the open ones; leave more nodes closed")
             return self.of_set(rest, own, objective)
         limit = self.of_any_set(task, own, objective)
-        return best_order(limit, self._solver) if events else limit
+        return self.of_any_order(limit) if events else limit
+
+    def of_any_order(self, best: ShakedownLimit) -> ShakedownLimit:
+        """The best limit with nodes that open and close in each cycle that the search finds from one of nodes that stay as they are."""
+
+        def of_order(asked: LiftOff, above: float) -> ShakedownLimit:
+            program = Ordered(asked)
+            chain = program.compiled(shakedown(program.x, program.rows), asked.load_unit).chain
+            none = partial(program.without_limit, self._solver)
+            claim, record = chain.solve(partial(judged, program, above=above), self._solver, no_optimum=none, above=above)
+            return answered(claim, record, program)
+
+        return best_order(best, of_order)
 
     def of_any_set(
         self, task: Question, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None, at: float = np.inf
