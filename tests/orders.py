@@ -6,10 +6,10 @@ import numpy as np
 from scipy.optimize import linprog
 
 
-def largest_in_order(contact, cycle, friction, start, events, most):
+def largest_in_order(contact, cycle, friction, start, events, most, margin=None):
     """Load factor up to `most` with the nodes `start` open at the first corner, and those that open or close at each event; None if there is none.
 
-    Each node has one slip while it is closed.
+    Each node has one slip while it is closed. With the units (force, length) of a `margin`: the largest one at the load factor `most`.
     """
     n, S, between = contact.nodes, contact.S, [frozenset(start)]
     for event in events:
@@ -20,7 +20,8 @@ def largest_in_order(contact, cycle, friction, start, events, most):
     count = len(before)
     lam, slip, own = 0, slice(1, 1 + n), [slice(1 + n + 2 * n * m, 1 + n + 2 * n * (m + 1)) for m in range(count)]
     way = [1 + n + 2 * n * count + m for m in range(count - 2)]
-    size = 1 + n + 2 * n * count + len(way)
+    size, spare = 2 + n + 2 * n * count + len(way), -1
+    force, length = margin or (0.0, 0.0)
     equal, less = [], []
     for m in range(count):
         r, u = np.zeros((2 * n, size)), np.eye(size)[own[m]]
@@ -33,11 +34,12 @@ def largest_in_order(contact, cycle, friction, start, events, most):
             if closed < 2:
                 equal += [(q, -r0[i]), (p, -r0[n + i])]
             else:
-                less += [(sign * q - friction * p, friction * r0[n + i] - sign * r0[i]) for sign in (1, -1)]
+                held = friction * p - force * np.eye(size)[spare]
+                less += [(sign * q - held, friction * r0[n + i] - sign * r0[i]) for sign in (1, -1)]
             if closed:
                 equal += [(w, 0.0), (v - np.eye(size)[slip][i], 0.0)]
             else:
-                less.append((-w, 0.0))
+                less.append((length * np.eye(size)[spare] - w, 0.0))
     stages = [None, *way, lam]
     less += [
         (np.eye(size)[one] * (one is not None) - np.eye(size)[other], 0.0) if one is not None else (-np.eye(size)[other], 0.0)
@@ -45,9 +47,10 @@ def largest_in_order(contact, cycle, friction, start, events, most):
     ]
     (left, right), rows = zip(*less, strict=True), list(zip(*equal, strict=True)) or [None, None]
     exact = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
-    bounds = [(0.0, most)] + [(None, None)] * (size - 1)
-    answer = linprog(-np.eye(size)[lam], left, right, *rows, bounds, options=exact)
-    return float(answer.x[lam]) if answer.status == 0 else None
+    aim, least, cap = (lam, 0.0, 0.0) if margin is None else (spare, most, 1.0)
+    bounds = [(least, most)] + [(None, None)] * (size - 2) + [(None, cap)]
+    answer = linprog(-np.eye(size)[aim], left, right, *rows, bounds, options=exact)
+    return float(answer.x[aim]) if answer.status == 0 else None
 
 
 def every_order(nodes):

@@ -153,6 +153,18 @@ def test_a_sweep_under_constraints_is_one_compiled_problem_and_rates_are_slopes(
     assert limit.load_rates.rate.isna().all() and not model.solve(0.4).load_rates.rate.isna().any()
 
 
+@pytest.mark.parametrize("tangents", [1, 2])
+def test_a_strength_that_rules_leaves_friction_no_rate(tangents):
+    """One node under a shear alone: with `|q| <= c` below `f p` the limit is c over the shear, and more friction changes nothing."""
+    zero, loads = [0.0] * (tangents - 1), {"P": [0.0] * tangents + [1.0], "Q": [1.0] + [0.0] * tangents}
+    contact = fo.ContactSystem(np.eye(tangents + 1), [[0.0, *zero, 0.0]], loads)
+    model = fo.ShakedownModel(contact, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]))
+    sizes = [cp.abs(model.q[k]) if tangents == 1 else cp.norm(model.q[k], 2, axis=1) for k in (0, 1)]
+    limit = model.solve(0.5, [size <= 0.3 for size in sizes])
+    assert limit.load_factor == pytest.approx(0.3) and limit.friction_rate == pytest.approx([0.0], abs=1e-9)
+    assert model.solve(0.2, [size <= 0.3 for size in sizes]).friction_rate == pytest.approx([1.0])
+
+
 @pytest.mark.parametrize(
     ("part", "message"),
     [

@@ -1,11 +1,10 @@
 """What the answers of limit questions have in common: the state under a residual slip at a load factor, and the mechanism that proves them."""
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeVar
 
 import cvxpy as cp
 import numpy as np
@@ -14,11 +13,10 @@ import pandas as pd
 from ..contact import ContactState, ContactSystem, LoadCycle, Plotted, Recorded, SolveRecord, components, frame, joined, lengths, parted, places
 from ..contact.checks import Array, Booleans, Integers, frozen
 from ..contact.tolerances import RESIDUAL
-from ..solve.problem import Explained, called
+from ..solve.problem import Duals, Explained, duals, multiplier_table
 from .question import Question
 
 _BARE = 10 * RESIDUAL  # share of the mean friction bound below which a node carries nothing, and its traction ratio is rounding
-_OF_CORNER = re.compile(r"(?:q|p|gap|stuck|pressed|apart)(?:_\d+)?\[(\d+)\]")  # how rows of a corner are called
 _SHARE = RESIDUAL  # parts of a mechanism below this share of it are left out of its table: they have the error of the answer
 
 
@@ -123,9 +121,6 @@ def of_nodes(system: ContactSystem, node: Integers) -> dict[str, np.ndarray]:
     return {"node": node, **{name: values[node] for name, values in (names | places(system)).items()}}
 
 
-Duals: TypeAlias = tuple[tuple[str, Array], ...]
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class Answered(Recorded, Plotted):
     """Base of results that answer a limit question by a residual slip at a load factor."""
@@ -168,6 +163,21 @@ class Answered(Recorded, Plotted):
     def open(self) -> Booleans:
         """(N,) which nodes are open at all corners."""
         return self._task.open
+
+    @property
+    def events(self) -> pd.DataFrame:
+        """Which nodes open and close on the way from the first corner to the last, in turn; on the way back the other way round. Mostly empty.
+
+        Columns node, contact (where there are several), x (x, y, z in space), event ("opens" or "closes"), way (part of the way from the first corner
+        to the last, 0 to 1), loads (of the cycle there, at load factor 1).
+        """
+        found = pd.DataFrame(self._task.events, columns=["node", "event", "way", "loads"]).astype({"node": int})
+        return pd.DataFrame({**of_nodes(self.system, found.pop("node").to_numpy()), **found})
+
+    @property
+    def open_share(self) -> Array:
+        """(N,) part of the cycle in which each node is open: 1 where it is open all through, in between where it opens and closes."""
+        return frozen(self._task.open_share)
 
     @property
     def largest_slip(self) -> float:
@@ -232,23 +242,6 @@ class Proven(Answered, Explained):
         node is the first index of an entry, and component the others. Empty without a program.
         """
         return multiplier_table(self._duals)
-
-
-def duals(problem: cp.Problem) -> Duals:
-    """The multipliers that stand in the rows of a problem, by the names of the rows."""
-    rows = [(row, row.dual_value[0] if isinstance(row, cp.SOC) else row.dual_value) for row in problem.constraints]
-    return tuple((called(row), np.atleast_1d(np.array(dual, dtype=float))) for row, dual in rows if dual is not None)
-
-
-def multiplier_table(rows: Duals) -> pd.DataFrame:
-    """See `Proven.multipliers`."""
-    tables = [pd.DataFrame(columns=["row", "corner", "node", "component", "multiplier"])] * (not rows)
-    for name, dual in rows:
-        corner = int(found.group(1)) if (found := _OF_CORNER.fullmatch(name)) else -1
-        values = dual.reshape(len(dual), int(np.prod(dual.shape[1:])))
-        node, component = (part.ravel() for part in np.indices(values.shape))
-        tables.append(pd.DataFrame({"row": name, "corner": corner, "node": node, "component": component, "multiplier": values.ravel()}))
-    return pd.concat(tables, ignore_index=True)
 
 
 A = TypeVar("A", bound=Answered)

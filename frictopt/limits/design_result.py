@@ -12,8 +12,8 @@ import pandas as pd
 
 from ..contact import CONDENSATION, Array, Booleans, ContactSystem, LoadCycle, joined
 from ..errors import ModelError
-from ..solve.problem import Explained
-from .answered import Answered, Duals
+from ..solve.problem import Duals, Explained
+from .answered import Answered
 from .open_nodes import TOUCHES
 from .question import Question
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..contact import NO_COUPLING, Array, ContactSystem, LimitKind, LoadCycle, SolveRecord, frozen, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
-from .answered import duals
+from ..solve.problem import duals
 from .critical_search import COINCIDE_ALONE, LEFT_OUT, CriticalSearch, NodeClaim
 from .critical_state import critical_states, load_factor_bounds
 from .guaranteed_result import NOT_NEEDED, ONE_CORNER, OPEN, GuaranteedLimit, left_out, reason

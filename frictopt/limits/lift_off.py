@@ -91,6 +91,13 @@ class LiftOff(Question):
         """Motions at events by the shares that the loads of the corners have in them."""
         return np.tensordot([1 - self.way, self.way], moves, 1)
 
+    @property
+    def statuses(self) -> tuple[Booleans, Booleans]:
+        """See `Question.statuses`."""
+        opened = np.array([each.open for each in self.sets])
+        touching = np.array([among(nodes, len(self.open)) for nodes in [Nodes(), *self.order.events, Nodes()]])
+        return ~(opened | touching), opened
+
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Loads of the cycle at the corners and events, at load factor 1."""

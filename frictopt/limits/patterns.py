@@ -17,7 +17,7 @@ from functools import cache
 
 import numpy as np
 
-from ..contact import Booleans, LimitKind
+from ..contact import Booleans
 from ..contact.checks import flag
 from ..errors import FrictoptError, ModelError, SolverError
 from .lift_off import LiftOff, Nodes, Order, among, with_order
@@ -114,10 +114,11 @@ def _next_to(best: ShakedownLimit) -> Iterator[Booleans]:
         yield opened
 
 
-def best_order(best: ShakedownLimit, of_order: Callable[[LiftOff, float], ShakedownLimit]) -> ShakedownLimit:
+def best_order(best: ShakedownLimit, of_order: Callable[[LiftOff, float], ShakedownLimit], at: float = np.inf) -> ShakedownLimit:
     """The best limit that pivots reach from one with nodes that stay as they are; that itself where none is better.
 
-    `of_order` asks for the one of a given order, which counts above a load factor.
+    `of_order` asks for the one of a given order, which counts above a load factor. The first one that is not below `at` is enough: a later one may
+    be safe only above.
     """
     task, order, tried = best._task, Order(_nodes(best.open)), set[Order]()
     most = min(_MOST, _WORK // best.slip.size)
@@ -139,7 +140,7 @@ def best_order(best: ShakedownLimit, of_order: Callable[[LiftOff, float], Shaked
                 return True
         return False
 
-    while best.kind is LimitKind.FINITE and any(gains(pivot) for pivot in _pivots(best, order)):
+    while best.load_factor < at and any(gains(pivot) for pivot in _pivots(best, order)):
         pass
     return best
 

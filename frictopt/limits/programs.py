@@ -178,7 +178,7 @@ class Program:
 
     def bounds(self) -> Array:
         """(K, N) multipliers of the friction bounds, 1 over force for a load factor."""
-        labelled, sizes = {row.label: row for row in self.problem.constraints}, np.zeros(self.task.r1[:, -1].shape)
+        labelled, sizes = {row.label: row for row in self.problem.constraints}, np.zeros((len(self.x.q), self.task.system.nodes))
         for k in self.corners:
             sizes[k] = np.maximum(labelled[f"stuck[{k}]"].dual_value, 0.0)
         return sizes

@@ -34,30 +34,14 @@ _NO_PRESSURE = 1e-6  # units of nodes are their pressures unless these are below
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """One friction coefficient on one system and load cycle, with the nodes that stay open, see `pose`.
-
-    Attributes
-    ----------
-    system, cycle
-        The contact and its load cycle.
-    friction
-        (N,) coefficients of friction.
-    most
-        (N,) largest size of the slip; None for no bound.
-    open
-        (N,) which nodes are open at all corners.
-    simplify
-        Whether to leave out corners and rows that others stand for.
-    started
-        When it was posed, for the record.
-    """
+    """One friction coefficient on one system and load cycle, with the nodes that stay open, see `pose`."""
 
     system: ContactSystem
     cycle: LoadCycle
-    friction: Array
-    most: Array | None
-    open: Booleans
-    simplify: bool
+    friction: Array  # (N,)
+    most: Array | None  # (N,) largest size of the slip
+    open: Booleans  # (N,) which nodes are open at all corners
+    simplify: bool  # whether to leave out corners and rows that others stand for
     started: float = field(default_factory=perf_counter)
 
     @cached_property
@@ -231,6 +215,11 @@ class Question:
     def by_corner(self, moves: Array) -> Array:
         """Motions there by the corners whose loads they are of."""
         return moves
+
+    @property
+    def statuses(self) -> tuple[Booleans, Booleans]:
+        """(K, N) or (1, N) which nodes stick there, and which are open; others just touch."""
+        return ~self.open[None], self.open[None]
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from ..contact import RESIDUAL, ContactSystem, LoadCycle, SolveRecord, finite_nu
 from ..errors import SolverError
 from .answered import Answered, Mechanism
 from .models import most_pressed, unknowns
+from .patterns import check_events
 from .programs import listed_rows
 from .question import pose
 from .safe_slip import SafeSlipModel
@@ -64,7 +65,9 @@ class RequiredFriction(Answered):
     reason: str
 
 
-def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: float, *, slip_bound: Any = None) -> RequiredFriction:
+def required_friction(
+    system: ContactSystem, cycle: LoadCycle, load_factor: float, *, events: bool = False, slip_bound: Any = None
+) -> RequiredFriction:
     """Least coefficient of friction, the same at all nodes, with which some residual slip is safe at a load factor.
 
     A slip that is safe with friction f presses every node at every corner: `abs(q) <= f p` needs `p >= 0`, and without friction it is asked for. With
@@ -81,6 +84,8 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
         The contact and its load cycle.
     load_factor
         Load factor, >= 0.
+    events
+        Whether nodes may also open and close in each cycle, see `shakedown_limit`: each friction that is tried then has a search of its own.
     slip_bound
         Largest slip `abs(v)` that assembly can leave, see `ShakedownModel`; None for no bound. Faces that lock themselves may need far more.
 
@@ -102,7 +107,8 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
     """
     started, load_factor = perf_counter(), finite_number("load_factor", load_factor, least=0.0)
     model = SafeSlipModel(system, cycle, slip_bound=slip_bound)
-    asked, most, task = _Asked(model, load_factor), 1.0, model._asked
+    asked, most, task = _Asked(model, load_factor, events), 1.0, model._asked
+    check_events(events, task, given=False)
     within, smaller = ("", "") if slip_bound is None else (" within the slip bound", "smaller ")
     held, sheared = task.r0[:, :-1], load_factor * task.r1[:, :-1]
     alike = np.ptp(held + sheared, axis=0).max() <= RESIDUAL * max(np.abs(held).max(), np.abs(sheared).max())
@@ -157,14 +163,14 @@ def required_friction(system: ContactSystem, cycle: LoadCycle, load_factor: floa
 class _Asked:
     """Safe slips of one load factor, by friction; each is solved for once."""
 
-    def __init__(self, model: SafeSlipModel, load_factor: float) -> None:
-        self._model, self._load_factor = model, load_factor
+    def __init__(self, model: SafeSlipModel, load_factor: float, events: bool) -> None:
+        self._model, self._load_factor, self._events = model, load_factor, events
         self.found: dict[float, SafeSlip] = {}
 
     def safe(self, friction: float) -> SafeSlip:
         """The slip that stays furthest inside the friction bounds."""
         if friction not in self.found:
-            self.found[friction] = self._model.solve(friction, self._load_factor)
+            self.found[friction] = self._model.solve(friction, self._load_factor, events=self._events)
         return self.found[friction]
 
     def root(self, most: float) -> float:

@@ -1,22 +1,26 @@
 """Existence of a safe residual slip at a given load factor."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import Booleans, ContactSystem, LoadCycle, SolveRecord, finite_number, listed, warns_of_odd_values
+from ..contact import ContactSystem, LoadCycle, SolveRecord, finite_number, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
 from ..solve.solvers import NoOptimum
 from . import models
 from .answered import answered
+from .lift_off import LiftOff, Ordered
 from .models import Row
+from .patterns import check_events
 from .programs import Program
 from .question import Question, with_open
 from .safe_model import SafeModel, in_turn
 from .safe_slip_result import SafeSlip
 from .shakedown import ShakedownModel
+from .shakedown_result import ShakedownLimit
 
 _MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
 
@@ -61,7 +65,7 @@ class SafeSlipModel(SafeModel):
     ) -> None:
         super().__init__(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
         self._shakedown = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
-        self._last: tuple[tuple[bytes, float], Booleans] | None = None  # friction and load factor, and which nodes are open then
+        self._last: tuple[tuple[bytes, float], ShakedownLimit] | None = None  # friction and load factor, and the limit then
         self.margin = cp.Variable(name="margin")
         self._spare, self._apart = cp.Parameter(system.nodes, nonneg=True, name="mean_bound"), cp.Parameter(nonneg=True, name="clearance")
 
@@ -90,7 +94,7 @@ class SafeSlipModel(SafeModel):
 
     @warns_of_odd_values
     @in_turn
-    def solve(self, friction: ArrayLike, load_factor: float, constraints: Sequence[cp.Constraint] = ()) -> SafeSlip:
+    def solve(self, friction: ArrayLike, load_factor: float, constraints: Sequence[cp.Constraint] = (), *, events: bool = False) -> SafeSlip:
         """The residual slip with the largest reserve at every node and corner of the cycle, under constraints of your own.
 
         Parameters
@@ -101,6 +105,8 @@ class SafeSlipModel(SafeModel):
             Load factor, >= 0.
         constraints
             cvxpy constraints on `slip`, `q`, `p` and `margin` of this model, see `ShakedownModel.solve`; `bound` and `residual` cover them.
+        events
+            See `safe_slip`.
 
         Raises
         ------
@@ -110,12 +116,13 @@ class SafeSlipModel(SafeModel):
         SolverError
             No solver gave an answer that passes the checks.
         """
-        safe = self.of_any_set(self._posed(friction), load_factor, listed("constraints", constraints))
+        safe = self.of_pattern(self._posed(friction), load_factor, listed("constraints", constraints), events)
         self.margin.save_value(np.array(safe.margin))
         return self._shown(safe)
 
-    def of_any_set(self, task: Question, load_factor: float, own: Sequence[cp.Constraint] = ()) -> SafeSlip:
-        """The slip with all nodes closed; where none is safe then, that with the nodes open that the shakedown limit leaves open."""
+    def of_pattern(self, task: Question, load_factor: float, own: Sequence[cp.Constraint] = (), events: bool = False) -> SafeSlip:
+        """The slip with all nodes closed; where none is safe then, that with the nodes open that the shakedown limit leaves open, or its events."""
+        check_events(events, task, bool(own))
         load_factor = finite_number("load_factor", load_factor, least=0.0)
         largest = load_factor / task.force * float(np.abs(task.r1).max())
         if largest > _MOST_CYCLIC:
@@ -129,19 +136,36 @@ class SafeSlipModel(SafeModel):
         except SolverError:  # a slip that hardly anything resists, as a roll, can hide the margin, and not that none is safe
             safe = None
         if safe is None or not safe.exists:
-            opened = self._pattern(task, load_factor)
-            if safe is None or opened.any():
-                rest = with_open(task, opened)
+            limit = self._limit(task, load_factor)
+            if safe is None or limit.open.any():
+                rest = with_open(task, limit.open)
                 assert rest is not None  # it has a limit
                 safe = self._safe(rest, load_factor, own)
+            if events and not safe.exists:
+                limit = self._shakedown.of_any_order(limit, load_factor)
+                if isinstance(limit._task, LiftOff) and limit.least <= load_factor <= limit.load_factor:
+                    safe = self._in_order(limit._task, load_factor)
         return safe
 
-    def _pattern(self, task: Question, load_factor: float) -> Booleans:
-        """(N,) which nodes are open in the best set that is safe from the load factor on, or from less."""
+    def _limit(self, task: Question, load_factor: float) -> ShakedownLimit:
+        """That of the best set of open nodes that is safe from the load factor on, or from less."""
         key = task.friction.tobytes(), load_factor
         if self._last is None or self._last[0] != key:
-            self._last = key, self._shakedown.of_any_set(task, at=load_factor).open
+            self._last = key, self._shakedown.of_any_set(task, at=load_factor)
         return self._last[1]
+
+    def _in_order(self, asked: LiftOff, load_factor: float) -> SafeSlip:
+        """The slip with the largest margin, with nodes that open and close in a given order. What just touches has nothing to spare."""
+        margin, given = cp.Variable(name="margin"), cp.Parameter(nonneg=True, name="load_factor", value=load_factor)
+        units = [models.named(asked.mean_bound * stuck, f"mean_bound[{m}]") for m, stuck in enumerate(asked.statuses[0])]
+
+        def friction(x: models.Unknowns, f: cp.Parameter, instants: list[int], little: bool) -> list[Row]:
+            each = [(replace(x, gap={k: gap for k, gap in x.gap.items() if k == m}), m) for m in instants]
+            return [row for one, m in each for row in models.inside(one, f, [m], models.times(margin, units[m]), margin * asked.clearance, little)]
+
+        program = Ordered(asked, friction, given)
+        program.compiled(models.safe_slip(margin, program.rows), 1.0)
+        return answered(*program.chain.solve(lambda: judged(program, margin, load_factor), self._solver), program)
 
 
 @warns_of_odd_values
@@ -151,6 +175,7 @@ def safe_slip(
     friction: ArrayLike,
     load_factor: float,
     *,
+    events: bool = False,
     slip_bound: ArrayLike | None = None,
     simplify: bool = True,
     solver: str | None = None,
@@ -167,6 +192,8 @@ def safe_slip(
         Coefficient of friction, one or one per node.
     load_factor
         Load factor, >= 0.
+    events
+        Whether nodes may also open and close in each cycle, see `shakedown_limit`, where no slip is safe with nodes that stay as they are.
     slip_bound, simplify, solver
         See `ShakedownModel`.
 
@@ -192,19 +219,20 @@ def safe_slip(
     False
     """
     model = SafeSlipModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
-    return model.of_any_set(model._posed(friction), load_factor)
+    return model.of_pattern(model._posed(friction), load_factor, events=events)
 
 
 def judged(program: Program, margin: cp.Variable, load_factor: float) -> SafeSlip:
     """The slip that stands in a program of the margin, judged by its reserve, and by the multipliers."""
     task, value, slip, proof = program.task, float(margin.value), program.slip, program.chain.proof
-    (u, r), closed = task.states(load_factor, slip), ~task.open
-    bounds, q, p, w = program.bounds(), np.linalg.norm(r[:, :-1], axis=1), r[:, -1], u[:, -1][:, task.open]
-    held = min(float((task.friction * p - q)[:, closed].min(initial=np.inf)), float(p[:, closed].min(initial=np.inf)) if task.little else np.inf)
-    reserve = min(held / task.mean_bound, float(w.min(initial=np.inf)) / task.clearance)
+    (u, r), (stuck, opened) = task.instants(load_factor, slip), task.statuses
+    bounds, q, p = program.bounds(), np.linalg.norm(r[:, :-1], axis=1), r[:, -1]
+    held = np.min(np.minimum(task.friction * p - q, p if task.little else np.inf), where=stuck, initial=np.inf)
+    reserve = min(held / task.mean_bound, np.min(u[:, -1], where=opened, initial=np.inf) / task.clearance)
     pull = float(-p.min() / task.force) if value >= 0 else 0.0
     gap = (abs(proof.bound - value) + proof.defect) / max(1.0, abs(value))
-    residual = np.max([gap, value - reserve, pull, task.beyond(slip), program.own_violation])
+    off = task.violation(load_factor, slip) if task.events else 0.0
+    residual = np.max([gap, value - reserve, pull, off, task.beyond(slip), program.own_violation])
     record = SolveRecord(residual=float(np.nan_to_num(residual, nan=np.inf)))
     bound, rate = proof.bound + proof.defect, float(np.sum(bounds * p))
     return SafeSlip(load_factor, slip, record, task, program.motion, value, bound, rate, constraints=tuple(program.own))

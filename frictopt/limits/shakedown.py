@@ -115,8 +115,8 @@ class ShakedownModel(SafeModel):
         limit = self.of_any_set(task, own, objective)
         return self.of_any_order(limit) if events else limit
 
-    def of_any_order(self, best: ShakedownLimit) -> ShakedownLimit:
-        """The best limit with nodes that open and close in each cycle that the search finds from one of nodes that stay as they are."""
+    def of_any_order(self, best: ShakedownLimit, at: float = np.inf) -> ShakedownLimit:
+        """The best limit with nodes that open and close in each cycle, see `best_order`, from one of nodes that stay as they are."""
 
         def of_order(asked: LiftOff, above: float) -> ShakedownLimit:
             program = Ordered(asked)
@@ -125,7 +125,7 @@ class ShakedownModel(SafeModel):
             claim, record = chain.solve(partial(judged, program, above=above), self._solver, no_optimum=none, above=above)
             return answered(claim, record, program)
 
-        return best_order(best, of_order)
+        return best_order(best, of_order, at)
 
     def of_any_set(
         self, task: Question, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None, at: float = np.inf
@@ -163,18 +163,12 @@ class ShakedownModel(SafeModel):
 
     def _with_least(self, limit: ShakedownLimit, program: Program) -> ShakedownLimit:
         """The limit with the least safe load factor, by a program of its own; nan where no solver gives one that passes the checks."""
-        values = [
-            (part, part.value)
-            for part in (*program.problem.variables(), *(dual for row in program.problem.constraints for dual in row.dual_variables))
-        ]
-        downward = replace(program).compiled(least_load(program.x, program.rows), program.task.load_unit)
         try:
-            lower, found = downward.chain.solve(lambda: judged(downward), self._solver)
+            with program.chain.kept():
+                downward = replace(program).compiled(least_load(program.x, program.rows), program.task.load_unit)
+                lower, found = downward.chain.solve(lambda: judged(downward), self._solver)
         except SolverError:  # rounding hides whether some slip is safe under the mean load: the limit stands, the least one is not known
             return limit
-        finally:
-            for part, value in values:
-                part.save_value(value)
         attempts, seconds = (*limit.record.attempts, *found.attempts), perf_counter() - program.task.started
         record = replace(limit.record, attempts=attempts, residual=max(limit.residual, lower.residual), seconds=seconds)
         return replace(limit, least=lower.load_factor, record=record)
@@ -226,11 +220,6 @@ def shakedown_limit(
         is searched too, which takes some seconds. Not with fixed parts that differ, a slip bound, or constraints.
     slip_bound, simplify, solver
         See `ShakedownModel`.
-
-    Returns
-    -------
-    ShakedownLimit
-        `load_factor` is finite, inf (no limit) or nan (no safe slip at any load factor): each is an answer.
 
     Raises
     ------

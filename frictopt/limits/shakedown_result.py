@@ -13,7 +13,7 @@ from ..contact.tolerances import ROUNDING
 from ..errors import ModelError, SolverError
 from ..solve.compiled import Proof
 from ..transients.mean_load import unscaled_diagnosis
-from .answered import Rated, of_nodes
+from .answered import Rated
 from .gross_slip import gross_slip
 from .least_slip import LeastSlip, least_slip
 from .open_nodes import border
@@ -118,21 +118,6 @@ class ShakedownLimit(Rated):
         return f"{self._opened}no {slip} is safe above it{task.pattern}{rest}{below}{self._border}"
 
     @property
-    def events(self) -> pd.DataFrame:
-        """Which nodes open and close on the way from the first corner to the last, in turn; on the way back the other way round. Mostly empty.
-
-        Columns node, contact (where there are several), x (x, y, z in space), event ("opens" or "closes"), way (part of the way from the first corner
-        to the last, 0 to 1), loads (of the cycle there, at load factor 1).
-        """
-        found = pd.DataFrame(self._task.events, columns=["node", "event", "way", "loads"]).astype({"node": int})
-        return pd.DataFrame({**of_nodes(self.system, found.pop("node").to_numpy()), **found})
-
-    @property
-    def open_share(self) -> Array:
-        """(N,) part of the cycle in which each node is open: 1 where it is open all through, in between where it opens and closes."""
-        return frozen(self._task.open_share)
-
-    @property
     def covers(self) -> str:
         """What `bound` is a bound of, in words."""
         if self._task.events:
@@ -231,7 +216,8 @@ class ShakedownLimit(Rated):
 
         Where the mechanism is not unique the limit has a kink, and this is one of its supergradients. NaN without a finite limit.
         """
-        return frozen((self._motion.size * self._instants[2]).sum(axis=0))
+        p, rows = self._instants[2], dict(reversed(self._duals))  # the motion has forces of your own rows, too
+        return frozen(np.sum([np.maximum(rows.get(f"stuck[{k}]", 0.0), 0.0) * p[k] for k in range(len(p))], axis=0))
 
     def least_slip(self, load_factor: float) -> LeastSlip:
         """Proven lower bound of slip and gaps in every cycle at a load factor, from every start; it is positive above the limit.

@@ -1,6 +1,7 @@
 """The one way of a linear or cone program to its answer: compiled, reduced, solved, polished, proven, and put back into the cvxpy problem."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -114,6 +115,17 @@ class Chain:
         self._compiled.save(z, multipliers)
         self.proof = proof(self._compiled, z, multipliers, reduced.z_unit, self.unit)
         return judged()
+
+    @contextmanager
+    def kept(self) -> Iterator[None]:
+        """What stands in the unknowns and multipliers of the problem stands in them again afterwards."""
+        duals = [dual for row in self.problem.constraints for dual in row.dual_variables]
+        values = [(part, part.value) for part in (*self.problem.variables(), *duals)]
+        try:
+            yield
+        finally:
+            for part, value in values:
+                part.save_value(value)
 
     def value_along(self, growth: NoAnswer, variable: cp.Variable) -> Any:
         """The part of a variable in unknowns that grow without end."""

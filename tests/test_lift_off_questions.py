@@ -1,0 +1,123 @@
+"""Safe slips and required friction with nodes that open and close in each cycle, against limits, plain programs and transients."""
+
+from importlib import import_module
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.limits.safe_slip import SafeSlipModel, judged
+from orders import every_order, largest_in_order
+from separation import pulled_system, rests
+from studies.validation.fuzz.embedded import embedded
+from systems import CYCLE
+
+judging = import_module("frictopt.limits.safe_slip")
+PIN = fo.LoadCycle({"fit": 1.0}, [{"Fx": -1.0}, {"Fx": 1.0}])
+
+
+@pytest.fixture(scope="module")
+def pin():
+    return fo.scenes.PinInPlate(elements=8).condense()
+
+
+def margin_in_order(safe, start, events):
+    """By a plain program, in the units of a safe slip."""
+    task = safe._task
+    return largest_in_order(safe.system, safe.cycle, safe.friction[0], start, events, safe.load_factor, (task.mean_bound, task.clearance))
+
+
+def opening(count, nodes=3):
+    """Random contacts whose limit has nodes that open and close in each cycle, with their friction and limit."""
+    found, seed = [], 0
+    while len(found) < count:
+        rng, seed = np.random.default_rng([41, seed]), seed + 1
+        contact, friction = pulled_system(rng, nodes), float(rng.uniform(0.2, 0.8))
+        limit = fo.shakedown_limit(contact, CYCLE, friction, events=True)
+        if limit.kind is fo.LimitKind.FINITE and not limit.events.empty:
+            found.append((contact, friction, limit))
+    return found
+
+
+@pytest.mark.parametrize("share", [0.5, 0.7, 0.9, 0.999])
+def test_a_pin_has_the_safe_slip_of_a_plain_program_and_rests_with_it(share, pin):
+    load_factor = share * fo.shakedown_limit(pin, PIN, 0.8, events=True).load_factor
+    safe = fo.safe_slip(pin, PIN, 0.8, load_factor, events=True)
+    assert safe.exists and safe.margin == pytest.approx(safe.bound, abs=1e-9)
+    if share > 0.5:  # there all nodes stay closed
+        assert not fo.safe_slip(pin, PIN, 0.8, load_factor).exists
+        assert safe.margin == pytest.approx(margin_in_order(safe, *safe._task.order), abs=1e-7)
+    assert fo.steady_state(pin, PIN, 0.8, load_factor, initial_state=safe.state).dissipation < 1e-9
+    assert rests(pin, PIN, 0.8, load_factor, initial_slip=safe.slip)
+
+
+def test_a_safe_slip_exists_up_to_the_limit_and_none_above():
+    for contact, friction, limit in opening(6):
+        below, above = (fo.safe_slip(contact, CYCLE, friction, share * limit.load_factor, events=True) for share in (0.999, 1.001))
+        assert below.exists and below.margin < 0.05 and not above.exists
+        assert "none" not in below.reason and above.certificate is not None
+        order = below._task.order if below._task.events else (np.flatnonzero(below.open).tolist(), [])
+        assert below.margin == pytest.approx(margin_in_order(below, *order), abs=1e-7)
+        margins = [margin_in_order(above, *order) for order in every_order(contact.nodes)]
+        assert max(-1.0 if margin is None else margin for margin in margins) < 0
+
+
+def test_the_margin_falls_by_the_rate_of_friction(pin):
+    load_factor, step = 3.6, 1e-5
+    low, at, high = (fo.safe_slip(pin, PIN, 0.8 + by, load_factor, events=True) for by in (-step, 0.0, step))
+    assert at._task.events and low._task.order == at._task.order == high._task.order
+    force = at._task.mean_bound  # the unit follows friction
+    slope = (high.margin * high._task.mean_bound - low.margin * low._task.mean_bound) / (2 * step)
+    assert at.friction_rate * force == pytest.approx(slope, rel=1e-3)
+
+
+def test_required_friction_agrees_with_the_limit_from_both_sides():
+    for contact, friction, limit in opening(6):
+        required = fo.required_friction(contact, CYCLE, limit.load_factor, events=True)
+        assert required.required <= friction * (1 + 1e-5)
+        enough, less = (fo.shakedown_limit(contact, CYCLE, f, events=True).load_factor for f in (required.required, required.bound))
+        assert enough >= limit.load_factor * (1 - 1e-9) > less * (1 - 1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("load_factor", [2.0, 3.0, 4.0])
+def test_a_pin_needs_far_less_friction_where_its_sides_may_lift_off(load_factor, pin):
+    required, closed = fo.required_friction(pin, PIN, load_factor, events=True), fo.required_friction(pin, PIN, load_factor)
+    reached = [fo.shakedown_limit(pin, PIN, f, events=True).load_factor for f in (required.required, required.bound)]
+    assert reached == pytest.approx([load_factor] * 2, rel=1e-5) and reached[0] > reached[1]
+    assert required.required == pytest.approx(closed.required, rel=1e-6) if load_factor == 2.0 else required.required < 0.2 * closed.required
+    assert rests(pin, PIN, required.required, load_factor, initial_slip=required.slip)
+
+
+def test_a_plane_contact_has_the_same_safe_slip_in_space():
+    for number, (contact, friction, limit) in enumerate(opening(3)):
+        solid = embedded(contact, np.random.default_rng(number))[0]
+        load_factor = 0.99 * limit.load_factor
+        plane, space = (fo.safe_slip(one, CYCLE, friction, load_factor, events=True) for one in (contact, solid))
+        assert bool(plane._task.events) == bool(space._task.events) and plane.margin == pytest.approx(space.margin, abs=1e-6)
+
+
+def test_questions_without_events_are_refused(pin):
+    model = SafeSlipModel(pin, PIN)
+    three = fo.LoadCycle(PIN.mean, [*PIN.corners, {"Fy": 1e-3}])
+    for asked, why in (
+        (lambda: fo.safe_slip(pin, three, 0.8, 1.0, events=True), "not two corners"),
+        (lambda: fo.required_friction(pin, three, 1.0, events=True), "not two corners"),
+        (lambda: fo.required_friction(pin, PIN, 1.0, events=True, slip_bound=1.0), "slip is bounded"),
+        (lambda: model.solve(0.8, 1.0, [model.slip <= 1], events=True), "stay as they are"),
+    ):
+        with pytest.raises(fo.ModelError, match=why):
+            asked()
+
+
+def test_the_referee_sees_events_elsewhere_and_a_margin_above_the_reserve(pin, monkeypatch):
+    asked = []
+    monkeypatch.setattr(judging, "judged", lambda *given: asked.append(given) or judged(*given))
+    fo.safe_slip(pin, PIN, 0.8, 3.6, events=True)
+    program, margin, load_factor = asked[-1]
+    assert program.way and judged(program, margin, load_factor).residual < 1e-9
+    program.way[0].save_value(program.way[0].value - 1e-3)
+    assert judged(program, margin, load_factor).residual > 1e-6
+    program.way[0].save_value(program.way[0].value + 1e-3)
+    margin.save_value(margin.value + 1e-3)
+    assert judged(program, margin, load_factor).residual > 1e-4
