@@ -202,6 +202,29 @@ def test_bad_constraints_and_objectives_are_refused(part, message):
         model.solve(0.4, **asked)
 
 
+@pytest.mark.parametrize("label", ["constraints[1]", "constraints[0]", "mine", None])
+def test_each_constraint_has_a_name_of_its_own_and_holds(label):
+    model = fo.ShakedownModel(*TWO)
+    rows = [(model.load_factor <= 0.01).set_label(label), model.load_factor <= 7.0, (model.load_factor <= 8.0).set_label(label)]
+    limit = model.solve(0.4, rows)
+    assert limit.load_factor == pytest.approx(0.01, rel=1e-9) and len(set(limit.constraints)) == 3
+    assert limit.constraints[1:] == ("constraints[1]", "constraints[2]") and limit.constraints[0] == ("mine" if label == "mine" else "constraints[0]")
+
+
+def test_norms_of_all_corners_at_once_are_refused_and_those_of_each_corner_hold():
+    """cvxpy ends in an assertion along the last of three axes, and takes other entries along the middle one."""
+    model = fo.ShakedownModel(contact_of(np.random.default_rng(0), 3, 2), TURNS)
+    free = model.solve(0.4).load_factor
+    most = 0.8 * np.linalg.norm(model.q.value, axis=2).max()
+    for axis in (1, 2):
+        with pytest.raises(fo.ModelError, match=rf"constraints.0.: it has norms along axis {axis} of 3 axes.*cp\.norm\(model\.q\[k\], 2, axis=1\)"):
+            model.solve(0.4, [cp.norm(model.q, 2, axis=axis) <= most])
+    assert model.solve(0.4, [cp.norm(q, 2, axis=1) <= most for q in model.q]).load_factor < 0.999 * free
+    assert np.linalg.norm(model.q.value, axis=2).max() == pytest.approx(most, rel=1e-8)
+    model.solve(0.4, [cp.norm(model.q, 2, axis=0) <= most])
+    assert np.linalg.norm(model.q.value, axis=0).max() == pytest.approx(most, rel=1e-8)
+
+
 @pytest.mark.parametrize(
     ("own", "rest"),
     [

@@ -12,7 +12,7 @@ reaction is critical whatever the cyclic load is; at one above 0 the corners pre
 Either may be so at that load factor alone.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import cvxpy as cp
@@ -81,7 +81,7 @@ class CriticalSearch:
         How the programs were solved, in order.
     """
 
-    def __init__(self, x: Unknowns, task: Question, own: Mapping[str, Sequence[Row]], solver: str | None) -> None:
+    def __init__(self, x: Unknowns, task: Question, own: Mapping[str, Row], solver: str | None) -> None:
         self._x, self._task, self._own, self._solver, self.records = x, task, own, solver, list[SolveRecord]()
         n, axes = task.system.nodes, task.system.tangents + 1
         self._node, self._loose, self._f = (cp.Parameter(n, nonneg=True, name=name) for name in ("node", "loose", "f"))

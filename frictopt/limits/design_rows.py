@@ -48,7 +48,7 @@ def refused(program: Program, entries: Mapping[cp.Variable | None, Iterable[obje
         Where it is proven; `NoneSafeError` if the contact has a part in it.
     """
     if none := program.chain.contradiction():
-        ruling, own = program.ruling(none.ruling), {row.id for group in program.own.values() for row in group}
+        ruling, own = program.ruling(none.ruling), {row.id for row in program.own.values()}
         safe = "no design is safe at any load factor with all nodes closed" if none.ruling - own else "they contradict each other"
         error = NoneSafeError if none.ruling - own else ModelError
         if not ruling:

@@ -24,6 +24,7 @@ from .question import Question
 _INSIDE = ROUNDING  # spread of corners along an axis, over the largest, that counts as none
 _MOST_AXES = 6  # in which hulls are looked for: with more, each corner has rows
 _KINDS = {"nonneg", "nonpos", "pos", "neg", "bounds", "symmetric"}  # of variables of the user's own that cvxpy turns into linear rows
+_NAMES = {"slip", "load_factor", "q", "p", "q_r", "p_r", "margin", "preload", "profile"}  # of unknowns of models, before the number of the corner
 _CONES = cp.constraints.Equality, cp.constraints.Zero, cp.constraints.Inequality, cp.constraints.NonPos, cp.constraints.NonNeg, cp.SOC
 
 _FREE: WeakKeyDictionary[ContactSystem, dict[bytes, tuple[Array, Array]]] = WeakKeyDictionary()
@@ -72,16 +73,14 @@ class Program:
     f: cp.Parameter
     corners: list[int]
     rows: list[Row]
-    own: Mapping[str, Sequence[Row]] = field(default_factory=dict)
-    asked: object = None  # keeps what was asked alive, by whose identity programs are found again
+    own: Mapping[str, Row] = field(default_factory=dict)
     chain: Chain = field(init=False)
 
     def compiled(
         self, problem: cp.Problem, unit: float, units: Mapping[cp.Variable, Any] | None = None, others: Sequence["Program"] = ()
     ) -> "Program":
         """With the problem of a goal over its rows and those of others, the `unit` of its objective, and `units` of variables besides its own."""
-        own = [row for group in self.own.values() for row in group]
-        problem = Problem(problem.objective, [*problem.constraints, *own])
+        problem = Problem(problem.objective, [*problem.constraints, *self.own.values()])
         by_slip = dict[cp.Variable, list[Program]]()
         for each in (self, *others):
             by_slip.setdefault(each.x.slip, []).append(each)
@@ -172,10 +171,6 @@ class Program:
         moves = moves - ((moves.reshape(len(moves), -1) @ system.S + press) @ task.give).reshape(moves.shape)
         return Mechanism(moves, task.friction * ~task.open, hold, open=task.open)
 
-    def multiplier(self, label: str) -> float:
-        """That of a scalar row."""
-        return next(max(float(row.dual_value), 0.0) for row in self.problem.constraints if row.label == label)
-
     def bounds(self) -> Array:
         """(K, N) multipliers of the friction bounds, 1 over force for a load factor."""
         labelled, sizes = {row.label: row for row in self.problem.constraints}, np.zeros((len(self.x.q), self.task.system.nodes))
@@ -190,16 +185,12 @@ class Program:
 
     def ruling(self, rows: Collection[int]) -> list[str]:
         """Names of the user's constraints among rows, by their ids."""
-        return [name for name, group in self.own.items() if any(row.id in rows for row in group)]
+        return [name for name, row in self.own.items() if row.id in rows]
 
     def prices(self) -> dict[str, Array]:
         """Rate of the objective as each of the user's constraints gives way, in the user's units: >= 0; of an equation with its right side."""
-        found = dict[str, Array]()
-        for name, group in self.own.items():
-            for row in group:
-                dual = np.asarray(row.dual_value[0] if isinstance(row, cp.SOC) else row.dual_value)
-                found[name] = found.get(name, 0.0) + dual
-        return found
+        duals = {name: row.dual_value[0] if isinstance(row, cp.SOC) else row.dual_value for name, row in self.own.items()}
+        return {name: 0.0 + np.asarray(dual) for name, dual in duals.items()}  # a number where it has no axes
 
 
 def listed_rows(
@@ -236,24 +227,23 @@ def outer_corners(cycle: LoadCycle) -> list[int]:
     return list(range(count))
 
 
-def own_rows(constraints: Sequence[Any], known: Iterable[cp.Variable]) -> dict[str, list[Row]]:
-    """The user's constraints by their names, checked.
+def own_rows(constraints: Sequence[Any], known: Iterable[cp.Variable]) -> dict[str, Row]:
+    """The user's constraints, checked, each by its label if no other one has it, or by its place.
 
     Raises
     ------
     ModelError
         Not a cvxpy constraint, not convex, no linear or second-order cone program, or on unknowns of another model.
     """
-    mine, found = {variable.id for variable in known}, dict[str, list[Row]]()
-    for index, given in enumerate(constraints):
-        place = f"constraints[{index}]"
+    mine, found = {variable.id for variable in known}, dict[str, Row]()
+    places = [f"constraints[{index}]" for index in range(len(constraints))]
+    for place, given in zip(places, constraints, strict=True):
         if not isinstance(given, cp.Constraint):
             raise ModelError(
                 f"{place}: {shown(given)}; give a cvxpy constraint on slip, load_factor, q and p of the model, such as model.slip <= 1e-3"
             )
         check_rows(place, given, mine)
-        name = place if not given.label or given.label in found else given.label
-        found[name] = [given]
+        found[place if not given.label or given.label in [*places, *found] else given.label] = given
     return found
 
 
@@ -264,8 +254,8 @@ def check_rows(name: str, row: Row, mine: set[int]) -> None:
             f"{name}: not convex (an objective: not concave) by the rules of DCP, or not affine in its parameters (DPP); change it so that it is"
         )
     for variable in row.variables():
-        if variable.id not in mine and variable.name() in _NAMES:
-            raise ModelError(f"{name}: it is on the {variable.name().split('[')[0]} of another model; use those of the model that solves")
+        if variable.id not in mine and (part := variable.name().split("[")[0]) in _NAMES:
+            raise ModelError(f"{name}: it is on the {part} of another model; use those of the model that solves")
         if variable.attributes["boolean"] or variable.attributes["integer"]:
             raise ModelError(f"{name}: variable {variable.name()} is an integer; multipliers prove no such answer: solve `problem` with it by cvxpy")
         if more := {kind for kind, on in variable.attributes.items() if on} - _KINDS:
@@ -273,11 +263,16 @@ def check_rows(name: str, row: Row, mine: set[int]) -> None:
                 f"{name}: variable {variable.name()} is {', '.join(sorted(more))}; give one without this attribute, and constraints in its place"
             )
     check_values(name, row)
-    for part in Dcp2Cone(quad_obj=False).apply(cp.Problem(cp.Minimize(0), [row]))[0].constraints:
-        if not isinstance(part, _CONES):
+    for cone in Dcp2Cone(quad_obj=False).apply(cp.Problem(cp.Minimize(0), [row]))[0].constraints:
+        if not isinstance(cone, _CONES):
             raise ModelError(
-                f"{name}: it needs a {type(part).__name__} cone; the multipliers of linear rows and second-order cones prove the answer: "
+                f"{name}: it needs a {type(cone).__name__} cone; the multipliers of linear rows and second-order cones prove the answer: "
                 "give linear constraints, or such of abs, max, min and norms of vectors, in space for each node: cp.norm(model.slip, 2, axis=1)"
+            )
+        if isinstance(cone, cp.SOC) and cone.axis and cone.args[1].ndim > 2:  # cvxpy fails at axis 2, and mixes up the entries at axis 1
+            raise ModelError(
+                f"{name}: it has norms along axis {cone.axis} of {cone.args[1].ndim} axes, which cvxpy does not compile rightly; give them for each "
+                "corner k: cp.norm(model.q[k], 2, axis=1) <= c"
             )
 
 
@@ -289,11 +284,3 @@ def check_values(name: str, row: Row | cp.Expression) -> None:
             raise ModelError(f"{told} has no value; give it one before solving")
         if leaf.is_complex() or not np.isfinite(leaf.value.data if issparse(leaf.value) else leaf.value).all():
             raise ModelError(f"{told} is not finite or not real; give finite real numbers, and leave out rows that bound nothing")
-
-
-class _Names:
-    def __contains__(self, name: str) -> bool:
-        return name.split("[")[0] in {"slip", "load_factor", "q", "p", "q_r", "p_r", "margin", "preload", "profile"}
-
-
-_NAMES = _Names()

@@ -101,7 +101,7 @@ class SafeModel:
         if key not in self._programs:
             more = bool(own) or objective is not None
             listed = listed_rows(task, self._x, self._f, every=more, **listing)
-            listed.own, listed.asked = own_rows(own, self._unknowns), (own, objective)
+            listed.own = own_rows(own, self._unknowns)
             if more and task.give is not None:
                 listed.rows += self._rested(task)
             problem = goal(listed)
@@ -111,9 +111,7 @@ class SafeModel:
                 del self._programs[old]
             self._programs[key] = listed.compiled(problem, unit)
         program: Program = self._programs[key]
-        for place, part in [(place, row) for place, group in program.own.items() for row in group] + [("objective", objective)] * (
-            objective is not None
-        ):
+        for place, part in (*program.own.items(), *[("objective", objective)] * (objective is not None)):
             check_values(place, part)  # which may be others than when it was compiled
         program.ask(task, unit)
         return program
