@@ -348,8 +348,8 @@ def test_damaged_multipliers_contradict_nothing(kind, damage, monkeypatch):
     """Whatever excess a search for one claims: its multipliers must balance, and lack what they say."""
     chain, honest = Chain(tiny(kind, True)[0], {}), chains._least_excess
 
-    def damaged(program, right, cost, solver):
-        _, x, y = honest(program, right, cost, solver)
+    def damaged(program, right, cost):
+        _, x, y = honest(program, right, cost)
         y = {"unbalanced": y + 1e-3 * np.arange(1, len(y) + 1), "the wrong way": -y, "none": 0 * y}[damage]
         return 1.0, x, y
 

@@ -80,7 +80,7 @@ class Chain:
         above: float = -np.inf,
         tolerance: float = RESIDUAL,
     ) -> tuple[C, SolveRecord]:
-        """Solve with the first solver whose answer passes, polished if need be; see `solvers.solve`."""
+        """Solve with the first solver whose answer passes, polished if need be: what `judged` makes of what then stands in the problem."""
         started, attempts, agreed = perf_counter(), list[Attempt](), True
         self._compiled.read()
         self._reduced = None
@@ -139,7 +139,7 @@ class Chain:
         Along unknowns that can grow without end, it must hold to the last digits of its terms.
         """
         program, reduced, compiled = self.reduced.arrays, self.reduced, self._compiled
-        found = _least_excess(program, program.right, None, solver)
+        found = _least_excess(program, program.right, None)
         if found is None or not found[0] > RESIDUAL:
             return None
         multipliers = reduced.multipliers(found[2], np.zeros(len(compiled.cost)), reduced.z_unit)
@@ -158,7 +158,7 @@ class Chain:
     def growth(self, solver: str | None = None) -> NoAnswer | None:
         """Proof that the objective of a program that has a solution grows without end: the z along which it does. None where there is none."""
         program, reduced, compiled = self.reduced.arrays, self.reduced, self._compiled
-        found = _least_excess(program, np.zeros(len(program.right)), program.cost, solver)
+        found = _least_excess(program, np.zeros(len(program.right)), program.cost)
         if found is None or found[0] > RESIDUAL:
             return None
         way = replace(program, right=np.zeros(len(program.right)))
@@ -169,7 +169,7 @@ class Chain:
         return NoAnswer(frozenset(), z, max(found[0], 0.0)) if -compiled.cost @ z > 0 else None
 
 
-def _least_excess(program: Arrays, right: Array, cost: Array | None, solver: str | None) -> tuple[float, Array, Array] | None:
+def _least_excess(program: Arrays, right: Array, cost: Array | None) -> tuple[float, Array, Array] | None:
     """The least e >= 0 by which all slacks must be raised to be in their cones, equations too, and `-cost @ x >= 1 - e` where there is a cost.
 
     With x and the multipliers of the rows; None where no solver finds it.

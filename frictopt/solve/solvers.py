@@ -2,7 +2,6 @@
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from time import perf_counter
 from types import MappingProxyType
 from typing import Protocol, TypeVar
 
@@ -12,7 +11,7 @@ import highspy
 import numpy as np
 from scipy.sparse import csc_array
 
-from ..contact import RESIDUAL, Array, Attempt, SolveRecord, shown
+from ..contact import Array, Attempt, shown
 from ..errors import ModelError, SolverError
 from .arrays import Arrays
 from .interior_point import interior_point
@@ -61,21 +60,19 @@ LP_SOLVERS = ("HIGHS", "CLARABEL", "HIGHS_IPM")
 
 Of 637 programs of hard contacts in the plane (friction from 1e-6 to 16, thin bodies, graded meshes) the first answers 603, and the other two 17 each.
 """
-SOCP_SOLVERS = ("CLARABEL_DIRECT", "CLARABEL", "INTERIOR_POINT")
-"""Solvers of cone programs, convex quadratic ones among them, in the order in which they are tried: the first one takes the rows as they stand.
-
-Of 106 programs of such contacts in space the first answers 71, the second 34, and the third one.
-"""
-LARGE_SOCP_SOLVERS = ("INTERIOR_POINT", "CLARABEL_DIRECT", "CLARABEL")
-"""The same for large ones with a linear objective."""
-QP_SOLVERS = ("OSQP", "CLARABEL_DIRECT", "CLARABEL")
-"""Solvers of convex quadratic programs whose answer is where another method begins."""
 MILP_SOLVERS = ("HIGHS_MIP",)
 """Solver of the mixed-integer programs, whose objectives count, so that a gap of 0.5 is none."""
 
 LP, MILP, QP = "linear program", "mixed-integer program", "quadratic program"  # kinds, each with its own solvers
 SOCP, LARGE_SOCP = "cone program", "large cone program"
-_SOLVERS = {LP: LP_SOLVERS, MILP: MILP_SOLVERS, QP: QP_SOLVERS, SOCP: SOCP_SOLVERS, LARGE_SOCP: LARGE_SOCP_SOLVERS}
+_SOLVERS = {
+    LP: LP_SOLVERS,
+    MILP: MILP_SOLVERS,
+    QP: ("OSQP", "CLARABEL_DIRECT", "CLARABEL"),  # whose answer is where another method begins
+    # convex quadratic programs among them: the first one takes the rows as they stand; of 106 of such contacts in space it answers 71, the second 34
+    SOCP: ("CLARABEL_DIRECT", "CLARABEL", "INTERIOR_POINT"),
+    LARGE_SOCP: ("INTERIOR_POINT", "CLARABEL_DIRECT", "CLARABEL"),  # with a linear objective
+}
 
 
 class NoOptimum(SolverError):
@@ -97,51 +94,29 @@ class Claim(Protocol):
 C = TypeVar("C", bound=Claim)
 
 
-def solve(
-    problem: cp.Problem, judged: Callable[[], C], solver: str | None = None, *, kind: str | None = None, tolerance: float = RESIDUAL
-) -> tuple[C, SolveRecord]:
-    """Solve a quadratic, cone or mixed-integer program by cvxpy as it stands, with the first solver whose answer passes.
+def solve(problem: cp.Problem, residual: Callable[[], float], kind: str) -> tuple[Attempt, ...]:
+    """Solve a program of a kind by cvxpy as it stands, with the first solver that finds an optimum: how it was found.
 
-    Parameters
-    ----------
-    problem
-        With its parameters set.
-    judged
-        Turns what now stands in the problem's variables into a claim with its residual, recomputed independently of the solver.
-    solver
-        Use this one alone.
-    kind
-        Whose solvers are tried; None: that of the problem.
-    tolerance
-        Largest residual of a claim that passes.
-
-    Returns
-    -------
-    tuple
-        A claim of residual at most `tolerance`, and how it was found.
+    `residual` is that of what then stands in the problem's variables; any number passes.
 
     Raises
     ------
-    ModelError
-        Unknown solver.
     NoOptimum
         All solvers agree that there is none.
     SolverError
-        No solver gave an answer that passes.
+        No solver found one.
     """
-    started, attempts, agreed = perf_counter(), list[Attempt](), True
-    kind = kind or (MILP if problem.is_mixed_integer() else SOCP)
-    for name in solver_order(solver, kind, by_cvxpy=True):
-        outcome = _run(problem, name)
-        if outcome not in _OPTIMAL:
-            attempts.append(Attempt(name, outcome, float("inf")))
-            agreed = agreed and outcome in _NO_OPTIMUM
+    attempts, agreed = list[Attempt](), True
+    for name in _SOLVERS[kind]:
+        if name not in _OPTIONS:  # it takes arrays alone
             continue
-        agreed, claim = False, judged()
-        attempts.append(Attempt(name, outcome, claim.residual))
-        if claim.residual <= tolerance:
-            return claim, SolveRecord(name, tuple(attempts), claim.residual, (), perf_counter() - started)
-    raise failed(kind, tolerance, attempts, agreed)
+        outcome = _run(problem, name)
+        found = outcome in _OPTIMAL
+        attempts.append(Attempt(name, outcome, residual() if found else np.inf))
+        if found and not np.isnan(attempts[-1].residual):
+            return tuple(attempts)
+        agreed = agreed and outcome in _NO_OPTIMUM
+    raise failed(kind, np.inf, attempts, agreed)
 
 
 def failed(kind: str, tolerance: float, attempts: Sequence[Attempt], agreed: bool) -> SolverError:
@@ -154,7 +129,7 @@ def failed(kind: str, tolerance: float, attempts: Sequence[Attempt], agreed: boo
     )
 
 
-def solver_order(solver: str | None, kind: str = LP, *, by_cvxpy: bool = False) -> Sequence[str]:
+def solver_order(solver: str | None, kind: str = LP) -> Sequence[str]:
     """The solvers to try for a kind of problem: all of them, or the one that is asked for.
 
     Raises
@@ -162,11 +137,11 @@ def solver_order(solver: str | None, kind: str = LP, *, by_cvxpy: bool = False) 
     ModelError
         Unknown solver.
     """
-    solvers = [name for name in _SOLVERS[kind] if name in _OPTIONS or not by_cvxpy]
+    solvers = _SOLVERS[kind]
     if solver is None:
         return solvers
     if not isinstance(solver, str) or solver not in solvers:
-        raise ModelError(f"solver: {shown(solver)}; give one of {solvers}, or None to try them in this order")
+        raise ModelError(f"solver: {shown(solver)}; give one of {[*solvers]}, or None to try them in this order")
     return (solver,)
 
 
@@ -184,10 +159,13 @@ def _run(problem: cp.Problem, name: str) -> str:
 
 def run(program: Arrays, solver: str, above: float) -> tuple[str, Array, Array]:
     """Status, x and multipliers with which a solver ends; it may end once it knows that the largest objective is not `above` a number."""
-    return _ENGINES[solver](program, solver, above)
+    if solver in _METHODS:
+        return _by_highs(program, solver)
+    status, x, y = interior_point(program, above) if solver == "INTERIOR_POINT" else _by_clarabel(program, solver)
+    return _SAID.get(status, status), x, y
 
 
-def _by_highs(program: Arrays, solver: str, above: float) -> tuple[str, Array, Array]:
+def _by_highs(program: Arrays, solver: str) -> tuple[str, Array, Array]:
     engine, rows = highspy.Highs(), program.matrix
     for name, value in {**_HIGHS, **_METHODS[solver]}.items():
         engine.setOptionValue(name, value)
@@ -200,28 +178,11 @@ def _by_highs(program: Arrays, solver: str, above: float) -> tuple[str, Array, A
     return _SAID.get(status, engine.modelStatusToString(status)), np.array(found.col_value), -np.array(found.row_dual)
 
 
-def _by_clarabel(program: Arrays, solver: str, above: float) -> tuple[str, Array, Array]:
+def _by_clarabel(program: Arrays, solver: str) -> tuple[str, Array, Array]:
     wide, settings = program.widened, clarabel.DefaultSettings()
     for name, value in {"verbose": False, **_OPTIONS[solver]}.items():
         setattr(settings, name, value)
     linear = int((wide.sizes == 1).sum())
     cones = [clarabel.ZeroConeT(wide.zero), clarabel.NonnegativeConeT(linear), *map(clarabel.SecondOrderConeT, wide.sizes[linear:].tolist())]
     found = clarabel.DefaultSolver(csc_array((len(wide.cost),) * 2), wide.cost, csc_array(wide.sparse), wide.right, cones, settings).solve()
-    status, x, y = str(found.status), np.array(found.x), np.array(found.z)
-    return _SAID.get(status, status), x[: len(program.cost)], y[len(program.block) :]
-
-
-def _by_interior_point(program: Arrays, solver: str, above: float) -> tuple[str, Array, Array]:
-    status, x, y = interior_point(program, above)
-    return _SAID.get(status, status), x, y
-
-
-_ENGINES: Mapping[str, Callable[[Arrays, str, float], tuple[str, Array, Array]]] = MappingProxyType(
-    {
-        "HIGHS": _by_highs,
-        "HIGHS_IPM": _by_highs,
-        "CLARABEL": _by_clarabel,
-        "CLARABEL_DIRECT": _by_clarabel,
-        "INTERIOR_POINT": _by_interior_point,
-    }
-)
+    return str(found.status), np.array(found.x)[: len(program.cost)], np.array(found.z)[len(program.block) :]

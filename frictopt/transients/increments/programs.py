@@ -55,8 +55,8 @@ class _ByProgram(FrictionIncrement):
     def _found(self, posed: Posed, kind: str, **parameters: Array) -> Increment:
         """What the first solver of this kind that answers, and Newton's method after it, find."""
         _put(self._scaled, trial=posed.trial, **parameters)
-        _, record = solve(self._scaled, lambda: posed.claim(self._motions()), kind=kind, tolerance=np.inf)
-        found, attempts = posed.claim(self._motions(), _CORRECTIONS), record.attempts
+        attempts = solve(self._scaled, lambda: posed.claim(self._motions()).residual, kind)
+        found = posed.claim(self._motions(), _CORRECTIONS)
         if found.steps:
             attempts += (Attempt("NEWTON", f"{found.steps} steps", found.residual),)
         return replace(found, record=replace(found.record, solver=attempts[-1].solver, attempts=attempts))
