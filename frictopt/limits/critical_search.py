@@ -1,15 +1,11 @@
-"""The load factors at which one node is critical while the slip is safe at all others, and proofs.
+"""The load factors at which one node is critical while the slip is safe at all others, and proofs. The program is in the theory, eq. (10).
 
-A node is critical where a safe slip leaves it no more pressure than it needs, see `critical_states`: in the plane it is on both its bounds, in space
-on its friction circle at opposed corners, or at three that surround. With its rho and c::
+The node's own rows hold by construction, and are loose: without them the program has an interior. (Where a part of the cycle is fixed they need not
+hold, and stay.) If no such slip exists, the multipliers prove it.
 
-    min lam    s.t.   p0 + B v = lam rho  and  q0 + A v = lam c  at node i,   v safe at lam at all other nodes,   |v| <= slip bound
-
-Its own rows hold by construction, and are loose: without them the program has an interior. (Where a part of the cycle is fixed they need not hold,
-and stay.) If no such slip exists, the multipliers prove it. A second problem finds the largest load factor of such slips, up to a load unit above the
-least safe one. It is needed where the least one of a node is the least safe load factor of the contact. At 0 all corners coincide, and a node without
-reaction is critical whatever the cyclic load is; at one above 0 the corners press no node more than its shear needs, so that some node is critical.
-Either may be so at that load factor alone.
+A second problem finds the largest load factor of such slips, up to a load unit above the least safe one. It is needed where the least one of a node
+is the least safe load factor of the contact. At 0 all corners coincide, and a node without reaction is critical whatever the cyclic load is; at one
+above 0 the corners press no node more than its shear needs, so that some node is critical. Either may be so at that load factor alone.
 """
 
 from collections.abc import Mapping
@@ -32,54 +28,22 @@ SOLVED, NEVER, COINCIDE_ALONE, LEFT_OUT = "solved", "never critical", "only at t
 
 @dataclass(frozen=True, eq=False)
 class NodeClaim:
-    """The least load factor at which a node is critical under a safe slip; inf where there is none.
-
-    Attributes
-    ----------
-    state
-        The node, and its critical state.
-    load_factor, slip
-        The least load factor and the slip there, (N,) or (N, 2) (NaN where there is none).
-    residual
-        Its largest violation, or the distance from what the multipliers prove.
-    motion
-        How the load factor changes with the bonded reactions at each corner, see `critical_motion`; None where another node has less.
-    program, values
-        The program that it is the answer of, and what then stands in its variables; None and nothing where there is no slip.
-    solver
-        The one whose answer it is.
-    how
-        How it is known: it may be critical nowhere, or at the least safe load factor of the contact alone, or its load factor may be a lower bound.
-    above
-        Of a least load factor that is the least safe one: a larger one at which the node is critical too, and the slip there. Those
-        between mix the two.
-    """
+    """The least load factor at which a node is critical under a safe slip; inf where there is none, and a slip of NaN."""
 
     state: CriticalState
     load_factor: float
     slip: Array
     residual: float
-    motion: Mechanism | None = None
-    program: Program | None = None
-    values: Mapping[cp.Variable, Array] = field(default_factory=dict)
+    motion: Mechanism | None = None  # see `critical_motion`; None where another node has less
+    program: Program | None = None  # that it is the answer of; None where there is no slip
+    values: Mapping[cp.Variable, Array] = field(default_factory=dict)  # what then stands in its variables
     solver: str = ""
-    how: str = SOLVED
-    above: tuple[float, Array] | None = None
+    how: str = SOLVED  # how it is known
+    above: tuple[float, Array] | None = None  # if it is the least safe load factor: a larger one, and the slip there; those between mix the two
 
 
 class CriticalSearch:
-    """The problems of all nodes over the safe slips of a question, compiled once for each sense and for any friction.
-
-    Parameters
-    ----------
-    x, task, own, solver
-        The unknowns of the model that asks, its question, the user's own constraints, and the solver to use alone.
-
-    Attributes
-    ----------
-    records
-        How the programs were solved, in order.
-    """
+    """The problems of all nodes over the safe slips of a question, compiled once for each sense and for any friction. `records` are in order."""
 
     def __init__(self, x: Unknowns, task: Question, own: Mapping[str, Row], solver: str | None) -> None:
         self._x, self._task, self._own, self._solver, self.records = x, task, own, solver, list[SolveRecord]()
@@ -93,13 +57,7 @@ class CriticalSearch:
         self._task, self.records = task, list[SolveRecord]()
 
     def solve(self, state: CriticalState, ends: tuple[float, float], found: float) -> NodeClaim:
-        """The claim of one node that passes its checks, of a contact that is safe between two load factors; or that it is not below the one `found`.
-
-        Raises
-        ------
-        SolverError
-            No solver gave an answer that passes.
-        """
+        """The claim of one node that passes its checks, of a contact that is safe between two load factors; or that it is not below that `found`."""
         unit = self._task.load_unit
         claim = self._solved(state, found)
         least, step = ends[0], _COINCIDE * min(unit, ends[1] - ends[0])  # small beside the interval of safe load factors

@@ -31,10 +31,9 @@ class GuaranteedLimit(Rated):
     Attributes
     ----------
     load_factor
-        lambda_1, never above lambda_2: the least load factor at which a safe slip makes some node critical: on its bound of forward slip at one
-        corner and of backward slip at another (in space at opposed corners, or at three that surround); lambda_2 if no node is critical below it. Inf
-        or nan where lambda_2 is. A node that is critical at the least safe load factor (at 0 it carries nothing) counts only if it can be above it
-        too; then the limit is `least`.
+        lambda_1, never above lambda_2: the least load factor at which a safe slip makes some node critical, see `guaranteed_limit`; lambda_2 if no
+        node is critical below it. Inf or nan where lambda_2 is. A node that is critical at the least safe load factor (at 0 it carries nothing)
+        counts only if it can be above it too; then the limit is `least`.
     kind, reason
         Whether it is finite, and why it is what it is in words. Where nodes are open or have no friction, or loads open one that no slip presses, it
         says that starts from which nodes open and close in every cycle may slip for ever below the limit.
@@ -49,8 +48,7 @@ class GuaranteedLimit(Rated):
     node
         The node that starts to slip to and fro, or around; None where lambda_2 rules.
     corners
-        The load corners at which it is on its bound: in the plane that of forward and that of backward slip, in space all of them; None where
-        lambda_2 rules.
+        The load corners at which it is on its bound: in the plane that of forward and that of backward slip; None where lambda_2 rules.
     record
         How it was found; the solver is that of `node`. Its `residual` is the largest of: the violations of the contact law by `slip` at the corners,
         the distance of `node` from its critical state, and the relative distance of the program's dual bound, over all programs solved. At most 1e-9.

@@ -16,11 +16,6 @@ def open_under_mean(task: Question) -> list[Booleans]:
     """(N,) which nodes the mean load leaves open, from no slip; where the corners differ at load factor 0, which any of them does, and which all do.
 
     In an order that does not know which corner is listed first. Empty where no node opens, or the load settles nowhere.
-
-    Raises
-    ------
-    SolverError
-        An increment on the way to the mean load has no answer that passes the checks.
     """
     from ..transients.march import open_at_rest  # here, because a closed contact needs none
 

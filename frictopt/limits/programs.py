@@ -50,31 +50,15 @@ def tractions(task: Question, dense: Sequence[Row] | None = None) -> Change:
 
 @dataclass(eq=False)
 class Program:
-    """A question's listing, compiled.
-
-    Attributes
-    ----------
-    task
-        The question.
-    x, f
-        Its unknowns, and the parameter of friction.
-    rows
-        Its rows but those of the user, which a goal takes.
-    corners
-        Those that have rows.
-    own
-        Constraints of the user's own, by their names.
-    chain
-        The way to its answer.
-    """
+    """A question's listing, compiled."""
 
     task: Question
     x: Unknowns
-    f: cp.Parameter
-    corners: list[int]
-    rows: list[Row]
-    own: Mapping[str, Row] = field(default_factory=dict)
-    chain: Chain = field(init=False)
+    f: cp.Parameter  # friction
+    corners: list[int]  # those that have rows
+    rows: list[Row]  # but those of the user
+    own: Mapping[str, Row] = field(default_factory=dict)  # those of the user, by their names
+    chain: Chain = field(init=False)  # the way to its answer
 
     def compiled(
         self, problem: cp.Problem, unit: float, units: Mapping[cp.Variable, Any] | None = None, others: Sequence["Program"] = ()
@@ -228,13 +212,7 @@ def outer_corners(cycle: LoadCycle) -> list[int]:
 
 
 def own_rows(constraints: Sequence[Any], known: Iterable[cp.Variable]) -> dict[str, Row]:
-    """The user's constraints, checked, each by its label if no other one has it, or by its place.
-
-    Raises
-    ------
-    ModelError
-        Not a cvxpy constraint, not convex, no linear or second-order cone program, or on unknowns of another model.
-    """
+    """The user's constraints, checked, each by its label if no other one has it, or by its place."""
     mine, found = {variable.id for variable in known}, dict[str, Row]()
     places = [f"constraints[{index}]" for index in range(len(constraints))]
     for place, given in zip(places, constraints, strict=True):
@@ -248,7 +226,7 @@ def own_rows(constraints: Sequence[Any], known: Iterable[cp.Variable]) -> dict[s
 
 
 def check_rows(name: str, row: Row, mine: set[int]) -> None:
-    """See `own_rows`."""
+    """Refuse a constraint that is not convex, no linear or second-order cone program, or on unknowns of another model."""
     if not row.is_dcp(dpp=True):
         raise ModelError(
             f"{name}: not convex (an objective: not concave) by the rules of DCP, or not affine in its parameters (DPP); change it so that it is"

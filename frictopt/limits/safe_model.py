@@ -90,13 +90,7 @@ class SafeModel:
     def _program(
         self, task: Question, own: Sequence[Any], objective: Any, goal: Callable[[Program], cp.Problem], name: str, unit: float, **listing: Any
     ) -> Program:
-        """The program of a goal, maybe with constraints and an objective of the user's own; compiled once for all frictions.
-
-        Raises
-        ------
-        ModelError
-            What is no cvxpy constraint or expression, not convex, no linear or cone program, or on unknowns of another model.
-        """
+        """The program of a goal, maybe with constraints and an objective of the user's own; compiled once for all frictions."""
         key = name, task.open.tobytes(), task.little, objective is None, *map(id, own), id(objective)
         if key not in self._programs:
             more = bool(own) or objective is not None
@@ -134,13 +128,7 @@ class SafeModel:
 
 
 def checked_objective(objective: Any, known: Sequence[cp.Variable]) -> cp.Expression:
-    """An objective of the user's own, to be largest.
-
-    Raises
-    ------
-    ModelError
-        No scalar cvxpy expression, not concave, no linear or cone program, or on unknowns of another model.
-    """
+    """An objective of the user's own, to be largest."""
     if not isinstance(objective, cp.Expression) or objective.size != 1:
         raise ModelError(f"objective: {shown(objective)}; give a scalar cvxpy expression to be largest, of slip, load_factor, q and p")
     check_rows("objective", cp.Variable() <= objective, {variable.id for variable in known})

@@ -29,33 +29,14 @@ class NoAnswer(NamedTuple):
 
 
 class Chain:
-    """A problem with what it takes to solve it: the units of its variables, and changes of variables.
+    """A problem with what it takes to solve it: the units of its variables and of its objective, and changes of variables.
 
-    Parameters
-    ----------
-    problem
-        A linear or second-order cone program.
-    units
-        Unit of each variable, one or one for each entry, in the units of the problem; of those without, it follows from their rows.
-    changes
-        Changes of variables of dense equations, see `Change`.
-    simplify
-        Whether to leave out rows that others stand for.
-    unit
-        Of the objective.
-
-    Attributes
-    ----------
-    units, changes, unit
-        As given; they may be set anew for each solution.
-    proof
-        What the multipliers prove that stand in the problem.
-    violation
-        Largest violation of a compiled row by the values that stand in the problem, over the size of its terms.
+    `units` are one or one for each entry, in the units of the problem; others follow from the rows. All three may be set anew for each solution.
+    `simplify`: leave out rows that others stand for.
     """
 
-    proof: Proof
-    violation: float
+    proof: Proof  # by the multipliers that stand in the problem
+    violation: float  # largest one of a compiled row by the values that stand there, over the size of its terms
 
     def __init__(
         self, problem: cp.Problem, units: Mapping[cp.Variable, Any], changes: Sequence[Change] = (), simplify: bool = True, unit: float = 1.0

@@ -54,25 +54,10 @@ class Compiled:
     """A problem `min cost @ z` over the z whose slacks `right - matrix @ z` are in cones, as cvxpy compiles it.
 
     Equations `x == Constant @ y` of two variables are blocks: cvxpy compiles `x == 0` and `y == 0` in their place, so that no dense matrix goes
-    through it. Parameters are read anew by `read`, and compiled once.
+    through it, and their rows are the first `sparse_zero`. Parameters are read anew by `read`, and compiled once.
 
-    Parameters
-    ----------
-    problem
-        A linear or second-order cone program.
-
-    Attributes
-    ----------
-    matrix, right, cost
-        Sparse data, the rows of `x` and `y` of the blocks first.
-    zero, nonneg, soc
-        How many slacks are zero, how many next ones >= 0, and the sizes of the cones `|s[1:]| <= s[0]` that follow.
-    blocks
-        The dense equations.
-    sparse_zero
-        How many of the first rows are theirs.
-    columns
-        Where the values of each variable begin in z, by its id.
+    The first `zero` slacks are zero, the next `nonneg` are >= 0, and cones `|s[1:]| <= s[0]` of the sizes `soc` follow. The values of a variable
+    begin in z at `columns[its id]`.
     """
 
     def __init__(self, problem: cp.Problem) -> None:

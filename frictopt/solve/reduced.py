@@ -30,27 +30,7 @@ class Step(NamedTuple):
 class Reduced:
     """A compiled program in as few and as well-scaled unknowns and rows as it has, and the way back for its answer.
 
-    Its unknowns x are those of the changes of variables, and those that are left of z.
-
-    Parameters
-    ----------
-    compiled
-        The program.
-    units
-        Units of its variables, one or one for each entry; those of others follow from the rows in which they stand.
-    changes
-        Changes of variables, one for each of some dense equations.
-    simplify
-        Whether to leave out rows that others stand for.
-
-    Attributes
-    ----------
-    arrays
-        The reduced program.
-    left_out
-        How many rows others stand for.
-    z_unit
-        Units of z.
+    Its unknowns x are those of the changes of variables, and those that are left of z, whose units are `z_unit`. Others stand for `left_out` rows.
     """
 
     def __init__(self, compiled: Compiled, units: Mapping[cp.Variable, Any], changes: Sequence[Change] = (), simplify: bool = True) -> None:

@@ -97,14 +97,7 @@ C = TypeVar("C", bound=Claim)
 def solve(problem: cp.Problem, residual: Callable[[], float], kind: str) -> tuple[Attempt, ...]:
     """Solve a program of a kind by cvxpy as it stands, with the first solver that finds an optimum: how it was found.
 
-    `residual` is that of what then stands in the problem's variables; any number passes.
-
-    Raises
-    ------
-    NoOptimum
-        All solvers agree that there is none.
-    SolverError
-        No solver found one.
+    `residual` is that of what then stands in the problem's variables; any number passes. A `NoOptimum` where all solvers agree that there is none.
     """
     attempts, agreed = list[Attempt](), True
     for name in _SOLVERS[kind]:
@@ -130,13 +123,7 @@ def failed(kind: str, tolerance: float, attempts: Sequence[Attempt], agreed: boo
 
 
 def solver_order(solver: str | None, kind: str = LP) -> Sequence[str]:
-    """The solvers to try for a kind of problem: all of them, or the one that is asked for.
-
-    Raises
-    ------
-    ModelError
-        Unknown solver.
-    """
+    """The solvers to try for a kind of problem: all of them, or the one that is asked for."""
     solvers = _SOLVERS[kind]
     if solver is None:
         return solvers
