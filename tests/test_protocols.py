@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from frictopt.histories import range_starts
 from frictopt.histories.excursion import _drawn
 from frictopt.histories.protocols import REST, SLIP, TransientsAfter
 from frictopt.histories.starts import LoadStep
-from frictopt.limits.safe_vertices import AdmissibleSlips
 from studies.validation.fuzz.embedded import embedded
 from systems import CYCLE, FIRST_PAIR, PULL, random_system, system
 
@@ -43,14 +43,14 @@ def test_nothing_done_to_the_worst_start_is_the_guaranteed_limit(paper_punch):
 @pytest.mark.parametrize("told", [True, False])
 def test_a_node_that_stays_open_leaves_the_worst_start_as_it_is(told, monkeypatch):
     """Also where solvers cannot tell that no slip holds all nodes closed."""
-    honest = AdmissibleSlips.furthest
+    honest = range_starts.furthest
 
-    def furthest(slips, *asked):
-        if not told and not slips._task.open.any() and slips._task.system.nodes == 3:
+    def furthest(task, *asked):
+        if not told and not task.open.any() and task.system.nodes == 3:
             raise fo.SolverError("infeasible_inaccurate")
-        return honest(slips, *asked)
+        return honest(task, *asked)
 
-    monkeypatch.setattr(AdmissibleSlips, "furthest", furthest)
+    monkeypatch.setattr(range_starts, "furthest", furthest)
     pair = system(*FIRST_PAIR)
     blocks = [np.pad(block, (0, 1)) for block in (pair.A, pair.B, pair.C)]
     for block in blocks[::2]:

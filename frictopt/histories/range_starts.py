@@ -12,7 +12,7 @@ from ..limits import guaranteed_limit, shakedown_limit
 from ..limits.open_nodes import open_under_mean
 from ..limits.programs import free_slips
 from ..limits.question import Question, pose, with_open
-from ..limits.safe_vertices import AdmissibleSlips
+from ..limits.safe_vertices import furthest
 
 _PARALLEL = ROUNDING  # directions of unit length that differ by less are one
 _CORNERS = 12  # of a sampled history, furthest apart, at which starts are looked for
@@ -58,7 +58,7 @@ class RangeStarts:
         def extremes(task: Question) -> list[Array | None]:
             give, unit = free_slips(task)[1], np.tile(task.node_unit, system.tangents)  # a traction counts by the slip that it makes
             ways = (unit * (give @ (way.T * ~task.open).ravel()) for way in self._directions.values())
-            return AdmissibleSlips(task).furthest(0.0, ways)
+            return furthest(task, 0.0, ways)
 
         slips = list[Array | None]()  # some starts less where none is found; the range is that of the starts followed
         with suppress(ModelError, SolverError):

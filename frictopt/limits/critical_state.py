@@ -1,15 +1,8 @@
 """The mean state of a node in which its cyclic load leaves it no room: on its bound at opposed corners, or at three that surround.
 
-What other nodes slip, and what the node itself has slipped, moves its reactions at all corners alike. So how much pressure it needs is a matter of
-its own cyclic loads alone, and grows with the load factor::
-
-    rho = min r   s.t.   |q1_k + c| <= f (r + p1_k)   for all corners k,   with the minimiser c
-
-A safe slip leaves it `p0 + B v >= lam rho`. Where both are equal its shear is fixed, too: `q0 + A v = lam c`. The smallest disc that holds the discs
-with the centres `-q1_k` and the radii `-f p1_k` has the centre c and the radius `f rho`; in the plane they are intervals.
-
-Where a part of the cycle is fixed, which corners rule depends on the load factor. In the plane each two that do have a state of their own, affine in
-it.
+How much pressure rho it needs, with the shear c, is in the theory, eq. (10). The smallest disc that holds the discs with the centres `-q1_k` and the
+radii `-f p1_k` has the centre c and the radius `f rho`; in the plane they are intervals. Where a part of the cycle is fixed, which corners rule
+depends on the load factor. In the plane each two that do have a state of their own, affine in it.
 
 Below some load factor no slip makes a node critical: one slip mechanism for each node shows it. With multipliers d, a of the nodes for which
 `A d + B^T (f a) = 0`, the sum of `d q + f a p` over the nodes does not depend on the slip: it is that of the mean load. A safe slip leaves every
@@ -30,6 +23,7 @@ import numpy as np
 
 from ..contact import CONDENSATION, RESIDUAL, ROUNDING, Array, Integers, lengths
 from ..solve.compiled import Change
+from .programs import tractions
 from .question import Question
 
 _TIE = ROUNDING  # corners whose rows differ by less than this share rule together
@@ -46,18 +40,10 @@ _LARGE = 1e6  # a mechanism of this size is on its way to infinity
 
 @dataclass(frozen=True, eq=False)
 class CriticalState:
-    """What a slip adds to the reactions of a node where it is critical: `[A v, B v] = at_zero + lam rate`.
-
-    Attributes
-    ----------
-    node, corners
-        The node, and the corners at which it is on its bound; in the plane one of forward and one of backward slip.
-    at_zero, rate
-        (t + 1,) change of its shear forces and of its pressure, force.
-    """
+    """What a slip adds to the shear forces and the pressure of a node where it is critical, (t + 1,): `[A v, B v] = at_zero + lam rate`."""
 
     node: int
-    corners: tuple[int, ...]
+    corners: tuple[int, ...]  # at which it is on its bound; in the plane one of forward and one of backward slip
     at_zero: Array
     rate: Array
 
@@ -160,18 +146,12 @@ def _touching(centres: Array, radii: Array) -> list[Array]:
         return [first + u + w * s[:, None] for s in (root / a, -c / root)]
 
 
-def load_factor_bounds(task: Question, change: Change) -> Array:
-    """(n,) lower bounds of the load factor at which each node can be critical; 0 where nothing is known, inf where it never can.
-
-    Parameters
-    ----------
-    task, change
-        The question, and its tractions as unknowns.
-    """
+def load_factor_bounds(task: Question) -> Array:
+    """(n,) lower bounds of the load factor at which each node can be critical; 0 where nothing is known, inf where it never can."""
     if task.fixed:  # which corner rules depends on the load factor
         return np.zeros(len(task.friction))
     n, unit = len(task.friction), task.node_unit[:, None]
-    net_slips = _net_slips(task, change)
+    net_slips = _net_slips(task, tractions(task))
     total = -np.eye(n)  # columns: the mechanisms, each in units of the force of its nodes; rows: a
     for _ in range(_MOST):
         net = np.linalg.norm(net_slips(total), axis=0)
@@ -232,16 +212,12 @@ def _net_slips(task: Question, change: Change) -> Callable[[Array], Array]:
 
 
 def ruling(constant: Array, rate: Array) -> tuple[Integers, Integers]:
-    """(R,) corners and nodes of the rows that rule `x >= constant_k + lam rate_k` at some load factor >= 0.
+    """(R,) corners and nodes of the rows, (K, N), that rule `x >= constant_k + lam rate_k` at some load factor >= 0.
 
-    `constant` is (K, N), or (1, N) where the corners of a node differ only in the coefficient of the load factor: then the largest one rules. Else
-    the largest row is a chain of straight lines, from corner to corner of larger rates.
+    The largest row is a chain of straight lines, from corner to corner of larger rates.
     """
-    every = np.arange(rate.shape[1])
-    if len(constant) == 1:
-        return rate.argmax(axis=0), every
     highest = constant == constant.max(axis=0)
-    corner, node = np.where(highest, rate, -np.inf).argmax(axis=0), every
+    corner, node = np.where(highest, rate, -np.inf).argmax(axis=0), np.arange(rate.shape[1])
     rows = [(corner, node)]
     while node.size:
         gain, lead = rate[:, node] - rate[corner, node], constant[corner, node] - constant[:, node]

@@ -14,8 +14,7 @@ from ..contact import Array, Booleans, ContactSystem, LoadCycle, SolveRecord, ch
 from ..errors import ModelError, SolverError
 from . import models
 from .answered import answered
-from .design_result import PROFILE, Design, built_in, preload_reactions
-from .design_rows import NoneSafeError, added, refused
+from .design_result import PROFILE, Design, NoneSafeError, added, built_in, preload_reactions, refused
 from .models import unknowns
 from .programs import Program, listed_rows, own_rows
 from .question import Question, pose, with_open
@@ -49,21 +48,17 @@ class DesignModel(SafeModel):
         Or (load cycle, friction, shares): load case name -> the share of its preload that acts, for bolts that scatter or lose their tension. Safe in
         all combinations of the least and the largest shares is safe in all between.
     slip_bound, solver
-        See `ShakedownModel`.
+        As in `ShakedownModel`.
 
     Attributes
     ----------
-    load_factor
-        The load factor, a cvxpy variable, like all others.
+    load_factor, slip, q, p
+        cvxpy variables and expressions as in `ShakedownModel`, with the design.
     preload
         (J,) amplitudes that the design adds to the mean load, in the order of `preloads`; None without.
     profile
         (N,) material taken off at the nodes, length: it adds to the gap, so that q loses `B^T g` and p loses `C g`. Negative: material added. None
         without.
-    slip
-        (N,) or (N, 2) residual slip, length.
-    q, p
-        (K, N) or (K, N, 2) shear and (K, N) normal forces at the corners of the cycle, with the design.
 
     Raises
     ------
@@ -163,10 +158,9 @@ class DesignModel(SafeModel):
         Parameters
         ----------
         friction
-            Coefficient of friction, one or one per node. More friction never lowers the load factor, so the least one is the worst case.
+            As in `ShakedownModel.solve`. More friction never lowers the load factor, so the least one is the worst case.
         constraints
-            cvxpy constraints on `load_factor`, `preload`, `profile`, `slip`, `q` and `p` of this model, in your units, and on variables of your own:
-            linear, or of abs, max, norms and the like.
+            cvxpy constraints of the forms that `ShakedownModel.solve` takes, also on `preload` and `profile`.
         objective
             What shall be largest, instead of the load factor: a concave cvxpy expression on the same, such as `-cp.sum(model.preload)` at
             `model.load_factor >= 1`.

@@ -5,7 +5,6 @@ Each corner of a load cycle is a program of its own. Its unknowns are contact fo
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import cvxpy as cp
@@ -83,10 +82,11 @@ def gross_slip(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts:
         names, among = _checked(system, contacts)
         task, only = replace(task, friction=frozen(task.friction * among)), f"with friction at {', '.join(names)} alone, "
     N = rigid_motions(system.S)
-    r0, r1 = reactions(system, cycle.unscaled), reactions(system, cycle.corners)  # without gaps, which do no work in rigid motions
-    corners = [_Corner(task, N, k, r0[k if len(r0) > 1 else 0], r1[k]) for k in outer_corners(cycle)] if N.size else []
+    r1 = reactions(system, cycle.corners)  # without gaps, which do no work in rigid motions
+    r0 = np.broadcast_to(reactions(system, cycle.unscaled), r1.shape)
+    corners = outer_corners(cycle) if N.size else []
     held = _Answer(-1, np.inf, np.inf, np.zeros(len(N)), SolveRecord("statics", residual=0.0), None)
-    answers = [corner.solve(cp.Maximize) for corner in corners] or [held]
+    answers = [_statics(task, N, k, r0[k], r1[k], cp.Maximize) for k in corners] or [held]
     load = [f"the load at the corner ({name})" for name in cycle.corner_names]
     if none := next((answer for answer in answers if np.isnan(answer.value)), None):
         unbalanced = f"{only}forces within friction cannot balance {load[none.corner]}: {_moves(task, none)}"
@@ -94,9 +94,11 @@ def gross_slip(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts:
     most = min(answer.value for answer in answers)
     rules = next(answer for answer in answers if answer.value <= most * (1 + RESIDUAL))
     lower = list[_Answer]()
-    for corner in corners:  # without fixed parts none is at 0 if the first one is
-        if not corner.rests and (task.fixed or not lower or lower[0].value > 0):
-            lower.append(corner.solve(cp.Minimize))
+    for k in corners:  # without fixed parts none is at 0 if the first one is
+        *q, p = r0[k].reshape(-1, system.nodes)
+        rests = (np.linalg.norm(q, axis=0) <= task.friction * p).all()  # the closed contact, at load factor 0
+        if not rests and (task.fixed or not lower or lower[0].value > 0):
+            lower.append(_statics(task, N, k, r0[k], r1[k], cp.Minimize))
     first = max(lower, key=lambda answer: answer.value, default=held)
     least = first.value if lower else 0.0
     if least > most * (1 + RESIDUAL):
@@ -131,55 +133,45 @@ class _Answer:
         return self.record.residual
 
 
-class _Corner:
-    """The statics of one corner: its reactions (M,) at load factor 0 and what 1 adds, in the rigid motions N (M, k)."""
+def _statics(task: Question, N: Array, k: int, r0: Array, r1: Array, sense: Any) -> _Answer:
+    """The largest or the least load factor at which forces balance the loads of corner k in the rigid motions N (M, m); nan where there is none.
 
-    def __init__(self, task: Question, N: Array, k: int, r0: Array, r1: Array) -> None:
-        self._task, self._N, self._k = task, N, k
-        held, drives = (float(size) if (size := np.linalg.norm(N.T @ r)) > CONDENSATION * np.linalg.norm(r) else 0.0 for r in (r0, r1))
-        self._load = {f"r0{f'[{k}]' * task.fixed}": r0, f"r1[{k}]": r1 if drives else np.zeros_like(r1)}
-        self._unit = (held or drives) / drives if drives else 1.0
-        q, p = np.split(r0.reshape(-1, task.system.nodes), [-1])
-        self.rests = bool((np.linalg.norm(q, axis=0) <= task.friction * p).all())
-        """Whether the closed contact rests at load factor 0."""
+    `r0` and `r1` are its reactions (M,) at load factor 0 and what 1 adds.
+    """
+    held, drives = (float(size) if (size := np.linalg.norm(N.T @ r)) > CONDENSATION * np.linalg.norm(r) else 0.0 for r in (r0, r1))
+    load = {f"r0{f'[{k}]' * task.fixed}": r0, f"r1[{k}]": r1 if drives else np.zeros_like(r1)}
+    unit, n = (held or drives) / drives if drives else 1.0, task.system.nodes
+    rows = models.gross_slip(N, load, cp.Parameter(n, nonneg=True, name="f", value=task.friction), task.system.slip_shape, sense)
+    problem = Problem(rows.objective, rows.constraints)
+    load_factor, q, p = (next(each for each in problem.variables() if each.name() == name) for name in ("load_factor", "q", "p"))
+    chain = Chain(problem, {load_factor: unit, q: task.node_unit.reshape(n, *[1] * (q.ndim - 1)), p: task.node_unit}, unit=unit)
 
-    def solve(self, sense: Any) -> _Answer:
-        """The largest or the least load factor at which forces balance the loads; nan where there is none."""
-        task, n = self._task, self._task.system.nodes
-        f = cp.Parameter(n, nonneg=True, name="f", value=task.friction)
-        listed = models.gross_slip(self._N, self._load, f, task.system.slip_shape, sense)
-        problem = Problem(listed.objective, listed.constraints)
-        load_factor, q, p = (next(each for each in problem.variables() if each.name() == name) for name in ("load_factor", "q", "p"))
-        chain = Chain(problem, {load_factor: self._unit, q: task.node_unit.reshape(n, *[1] * (q.ndim - 1)), p: task.node_unit}, unit=self._unit)
-        judged = partial(self._judged, problem)
+    def still(value: float, bound: float, residual: float) -> _Answer:
+        return _Answer(k, value, bound, np.zeros(len(N)), SolveRecord(residual=residual), problem)
 
-        def still(value: float, bound: float, residual: float) -> _Answer:
-            return _Answer(self._k, value, bound, np.zeros(len(self._N)), SolveRecord(residual=residual), problem)
-
-        def answered() -> _Answer:
-            value = float(load_factor.value)
-            found = value if value > ZERO_LOAD_FACTOR * self._unit else 0.0, chain.proof.bound, max(chain.proof.gap, chain.violation)
-            return still(*found) if sense is cp.Minimize and not found[0] else judged(*found)  # no motion proves that it is at least 0
-
-        def none() -> _Answer | None:
-            more = chain.growth()
-            if no := chain.contradiction(growth=more):
-                return judged(np.nan, np.nan, no.residual)
-            return still(np.inf, np.inf, abs(more.residual)) if more else None
-
-        answer, record = chain.solve(answered, no_optimum=none)
-        return replace(answer, record=record)
-
-    def _judged(self, problem: cp.Problem, value: float, bound: float, residual: float) -> _Answer:
+    def moving(value: float, bound: float, residual: float) -> _Answer:
         """With the motion that the multipliers of balance are: how far it strains the bodies, or lifts less than friction needs, counts too."""
-        S, shape = self._task.system.S, (-1, self._task.system.nodes)
-        phi = self._N @ problem.constraints[0].dual_value
-        phi = phi / (float(np.linalg.norm(phi.reshape(shape), axis=0).max()) or np.nan)
-        *v, w = phi.reshape(shape)
-        lack = float((self._task.friction * np.linalg.norm(v, axis=0) - w).max())
+        S, phi = task.system.S, N @ problem.constraints[0].dual_value
+        phi = phi / (float(np.linalg.norm(phi.reshape(-1, n), axis=0).max()) or np.nan)
+        *v, w = phi.reshape(-1, n)
+        lack = float((task.friction * np.linalg.norm(v, axis=0) - w).max())
         strain = float(np.abs(S @ phi).max()) / (float(np.diag(S).max()) or 1.0)
         worst = float(np.nan_to_num(np.max([residual, lack, strain]), nan=np.inf))
-        return _Answer(self._k, value, bound, phi, SolveRecord(residual=worst), problem)
+        return _Answer(k, value, bound, phi, SolveRecord(residual=worst), problem)
+
+    def answered() -> _Answer:
+        value = float(load_factor.value)
+        found = value if value > ZERO_LOAD_FACTOR * unit else 0.0, chain.proof.bound, max(chain.proof.gap, chain.violation)
+        return still(*found) if sense is cp.Minimize and not found[0] else moving(*found)  # no motion proves that it is at least 0
+
+    def none() -> _Answer | None:
+        more = chain.growth()
+        if no := chain.contradiction(growth=more):
+            return moving(np.nan, np.nan, no.residual)
+        return still(np.inf, np.inf, abs(more.residual)) if more else None
+
+    answer, record = chain.solve(answered, no_optimum=none)
+    return replace(answer, record=record)
 
 
 def _checked(system: ContactSystem, contacts: Iterable[str]) -> tuple[list[str], Booleans]:

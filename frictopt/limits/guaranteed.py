@@ -15,7 +15,7 @@ from ..solve.problem import duals
 from .critical_search import COINCIDE_ALONE, LEFT_OUT, CriticalSearch, NodeClaim
 from .critical_state import critical_states, load_factor_bounds
 from .guaranteed_result import NOT_NEEDED, ONE_CORNER, OPEN, GuaranteedLimit, left_out, reason
-from .programs import own_rows, tractions
+from .programs import own_rows
 from .question import Question
 from .safe_model import SafeModel, in_turn
 from .shakedown import ShakedownModel
@@ -29,14 +29,11 @@ class GuaranteedModel(SafeModel):
     ----------
     system, cycle
         The contact and its load cycle.
-    slip_bound
-        See `ShakedownModel`.
+    slip_bound, solver
+        As in `ShakedownModel`.
     simplify
         Leave out what cannot change the answer: nodes whose lower bound is above the least load factor found. A contact with B = 0
         has lambda_1 = lambda_2 by a theorem, and needs no program.
-    solver
-        One of "HIGHS", "CLARABEL", "HIGHS_IPM" (in space "CLARABEL_DIRECT", "CLARABEL", "INTERIOR_POINT", which for large contacts comes first);
-        by default each in this order until an answer passes.
 
     Raises
     ------
@@ -81,11 +78,9 @@ class GuaranteedModel(SafeModel):
 
         Parameters
         ----------
-        friction
-            Coefficient of friction, one or one per node.
-        constraints
-            As in `ShakedownModel.solve`, on the expressions of this model. They hold for the witness and for the safe slips of lambda_2, as a slip
-            bound does: the limit is the least load factor at which a slip that obeys them makes a node critical. `residual` covers them.
+        friction, constraints
+            As in `ShakedownModel.solve`. Constraints hold for the witness and for the safe slips of lambda_2, as a slip bound does: the limit is the
+            least load factor at which a slip that obeys them makes a node critical. `residual` covers them.
 
         Raises
         ------
@@ -111,7 +106,7 @@ class GuaranteedModel(SafeModel):
         if not least_found > shakedown.least or uncoupled(task):
             least[both], how[both] = least_found, NOT_NEEDED
             return self._result(task, shakedown, None, least, how, search)
-        bounds = load_factor_bounds(task, tractions(task)) if self._asked.simplify and both.any() else np.zeros(n)
+        bounds = load_factor_bounds(task) if self._asked.simplify and both.any() else np.zeros(n)
         best: NodeClaim | None = None
         # where the pressure is little, nodes are nearly critical
         pressure = task.r0[:, -1].min(axis=0) + task.change(np.nan_to_num(shakedown.slip))[1]
@@ -208,10 +203,10 @@ def guaranteed_limit(
     friction
         Coefficient of friction, one or one per node.
     slip_bound
-        See `ShakedownModel`. The bound holds for the witness and for the safe slips of lambda_2. In a transient, slip may grow beyond it: starts
+        As in `ShakedownModel`. The bound holds for the witness and for the safe slips of lambda_2. In a transient, slip may grow beyond it: starts
         within the bound may then keep slipping at lower load factors, down to the limit without the bound.
     simplify, solver
-        See `GuaranteedModel`.
+        As in `GuaranteedModel`.
 
     Returns
     -------

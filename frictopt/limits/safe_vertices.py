@@ -12,57 +12,34 @@ import numpy as np
 
 from ..contact import Array, ContactSystem, LoadCycle, SolveRecord, finite_array, finite_number, frozen, warns_of_odd_values
 from ..solve.solvers import NoOptimum
-from .models import furthest, unknowns
+from . import models
+from .models import unknowns
 from .programs import listed_rows
 from .question import Question, pose
 
 
-class AdmissibleSlips:
-    """The furthest admissible slips of one contact under one load after the other, with given nodes open.
+def furthest(task: Question, load_factor: float, directions: Iterable[Array]) -> list[Array | None]:
+    """For each direction of the tractions over their units, (t N,), the slip that is safe at a load factor and goes furthest in it, length.
 
-    Parameters
-    ----------
-    task
-        The contact, friction and slip bound, and its load.
-
-    Attributes
-    ----------
-    problem
-        The program of the last load.
+    Open nodes follow the closed ones. None in directions in which these slips have no end, and in all where no slip is safe.
     """
+    unit, found = np.tile(task.node_unit, task.system.tangents), list[Array | None]()
+    x = unknowns(task.system.slip_shape, range(len(task.r1)), cp.Parameter(nonneg=True, name="load_factor", value=load_factor))
+    direction = cp.Parameter(len(unit), name="direction", value=np.zeros(len(unit)))
+    program = listed_rows(task, x, cp.Parameter(task.system.nodes, nonneg=True, name="f"))
+    program.compiled(models.furthest(x, direction, program.rows), task.force)
 
-    def __init__(self, task: Question) -> None:
-        self._task, n = task, task.system.tangents * task.system.nodes
-        given = cp.Parameter(nonneg=True, name="load_factor", value=0.0)
-        self._x, self._direction = unknowns(task.system.slip_shape, range(len(task.r1)), given), cp.Parameter(n, name="direction", value=np.zeros(n))
-        program = listed_rows(task, self._x, cp.Parameter(task.system.nodes, nonneg=True, name="f"))
-        self._program = program.compiled(furthest(self._x, self._direction, program.rows), task.force)
-        self.problem = self._program.problem
+    def judged() -> SolveRecord:
+        return SolveRecord(residual=task.violation(load_factor, program.slip))
 
-    def furthest(self, load_factor: float, directions: Iterable[Array]) -> list[Array | None]:
-        """For each direction of the tractions over their units, (t N,), the slip that is safe at a load factor and goes furthest in it, length.
-
-        Open nodes follow the closed ones. None in directions in which these slips have no end, and in all where no slip is safe.
-
-        Raises
-        ------
-        SolverError
-            No solver gave an answer that passes the checks.
-        """
-        task, program, found = self._task, self._program, list[Array | None]()
-        self._x.load_factor.value, unit = load_factor, np.tile(task.node_unit, task.system.tangents)
-
-        def judged() -> SolveRecord:
-            return SolveRecord(residual=task.violation(load_factor, program.slip))
-
-        for along in directions:
-            self._direction.value = along / unit * (task.force / (np.abs(along).max(initial=0.0) or 1.0))
-            try:
-                program.chain.solve(judged)
-                found.append(program.slip)
-            except NoOptimum:
-                found.append(None)
-        return found
+    for along in directions:
+        direction.value = along / unit * (task.force / (np.abs(along).max(initial=0.0) or 1.0))
+        try:
+            program.chain.solve(judged)
+            found.append(program.slip)
+        except NoOptimum:
+            found.append(None)
+    return found
 
 
 @warns_of_odd_values
@@ -111,5 +88,5 @@ def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_f
     factor, task = finite_number("load_factor", load_factor, least=0.0), pose(system, cycle, friction, simplify=False)
     given = finite_array("directions", directions, (None, *system.slip_shape))
     along = np.moveaxis(given.reshape(len(given), system.nodes, system.tangents), 2, 1).reshape(len(given), system.nodes * system.tangents)
-    found = AdmissibleSlips(task).furthest(factor, along)
+    found = furthest(task, factor, along)
     return frozen(np.reshape([slip for slip in found if slip is not None], (-1, *system.slip_shape)))
