@@ -24,9 +24,8 @@ def freed(contact):
     return fo.ContactSystem.from_blocks(S[:n, :n], S[n:, :n], S[n:, n:], contact.x, dict(contact.bonded))
 
 
-@pytest.mark.parametrize("bounded", [False, True])
 @pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
-@settings(max_examples=25)
+@settings(max_examples=20)
 @given(
     seed=st.integers(0, 10**6),
     nodes=st.integers(1, 7),
@@ -34,32 +33,32 @@ def freed(contact):
     f=st.floats(0.05, 2.0),
     coupling=st.sampled_from([0.0, 0.5, 1.0]),
     free=st.booleans(),
-    size=st.sampled_from([0.0, 0.05, 0.3, 2.0, 100.0]),
+    size=st.sampled_from([None, None, 0.0, 0.05, 0.3, 2.0, 100.0]),
+    simplify=st.booleans(),
 )
-def test_the_shakedown_limit_against_a_program_over_raw_slips(tangents, bounded, seed, nodes, corners, f, coupling, free, size):
+def test_the_shakedown_limit_against_a_program_over_raw_slips(tangents, seed, nodes, corners, f, coupling, free, size, simplify):
     """`free`: in the plane, of a body that nothing holds against a slide."""
     rng, rel = np.random.default_rng(seed), 1e-8 if tangents == 1 else 1e-6
-    f, most = f * rng.uniform(0.5, 1.5, nodes), size * rng.uniform(0.5, 1.5, nodes) if bounded else None
+    f, most = f * rng.uniform(0.5, 1.5, nodes), None if size is None else size * rng.uniform(0.5, 1.5, nodes)
     contact = (partial(random_system, loads=("mean", *"abc")) if tangents == 1 else random_contact)(rng, nodes, coupling=coupling)
     contact = freed(contact) if free and tangents == 1 else contact
     cycle = fo.LoadCycle({"mean": 1.0}, [dict(zip("abc", row, strict=True)) for row in rng.normal(size=(corners, 3)).tolist()])
     value = Oracle(contact, cycle, f, most=most).largest()
-    for simplify in (True, False):
-        options = {"slip_bound": most, "simplify": simplify}
-        limit = fo.ShakedownModel(contact, cycle, **options).of_set(pose(contact, cycle, f, **options))  # all nodes closed
-        assert limit.load_factor == pytest.approx(value, rel=rel, abs=rel / 10, nan_ok=True) and limit.residual <= 1e-9
-        if limit.kind is not fo.LimitKind.FINITE:
-            continue
-        guaranteed = fo.guaranteed_limit(contact, cycle, f, slip_bound=most, simplify=simplify)
-        assert limit.bound == pytest.approx(limit.load_factor, rel=1e-9, abs=1e-9) and guaranteed.load_factor <= limit.load_factor * (1 + 1e-12)
-        q, p = limit.reactions
-        assert (np.linalg.norm(q.reshape(*p.shape, -1), axis=-1) - f * p).max() < 1e-8
-        for slip in (limit.slip, guaranteed.slip):
-            assert most is None or (np.linalg.norm(slip.reshape(nodes, -1), axis=1) <= most * (1 + 1e-12)).all()
-        assert fo.safe_slip(contact, cycle, f, limit.load_factor, slip_bound=most).margin == pytest.approx(0.0, abs=1e-8)
+    options = {"slip_bound": most, "simplify": simplify}
+    limit = fo.ShakedownModel(contact, cycle, **options).of_set(pose(contact, cycle, f, **options))  # all nodes closed
+    assert limit.load_factor == pytest.approx(value, rel=rel, abs=rel / 10, nan_ok=True) and limit.residual <= 1e-9
+    if limit.kind is not fo.LimitKind.FINITE:
+        return
+    guaranteed = fo.guaranteed_limit(contact, cycle, f, **options)
+    assert limit.bound == pytest.approx(limit.load_factor, rel=1e-9, abs=1e-9) and guaranteed.load_factor <= limit.load_factor * (1 + 1e-12)
+    q, p = limit.reactions
+    assert (np.linalg.norm(q.reshape(*p.shape, -1), axis=-1) - f * p).max() < 1e-8
+    for slip in (limit.slip, guaranteed.slip):
+        assert most is None or (np.linalg.norm(slip.reshape(nodes, -1), axis=1) <= most * (1 + 1e-12)).all()
+    assert fo.safe_slip(contact, cycle, f, limit.load_factor, slip_bound=most).margin == pytest.approx(0.0, abs=1e-8)
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @example(seed=787470, nodes=1, f=0.0625, free=True, size=None, factor=1.9, simplify=True)  # nothing resists its only node
 @example(seed=115175, nodes=1, f=0.0625, free=True, size=2.0, factor=1e-9, simplify=False)
 @given(
@@ -94,7 +93,7 @@ def test_safe_slips_have_the_largest_reserve_and_certificates_are_proofs(seed, n
 
 def test_without_any_slip_the_limit_is_the_first_onset():
     rng = np.random.default_rng(0)
-    for _ in range(10):
+    for _ in range(3):
         contact = random_system(rng, 4)
         first = fo.onset(contact, CYCLE, 0.6).slip.load_factor
         for simplify in (True, False):
