@@ -26,7 +26,7 @@ pytestmark = pytest.mark.slow
 ADVICE = r"hold|lower|try smaller|reduce|give|check|take|press|allow|differ too much|bring|or use"
 
 
-@settings(max_examples=16)
+@settings(max_examples=7)
 @example(seed=239678, nodes=1)  # without friction, two corners that are the same but for rounding: HiGHS calls the plain rows infeasible
 @example(seed=1929, nodes=2)  # loads that press the more the larger they are, and make the witness of the guaranteed limit safe
 @given(seed=st.integers(0, 10**9), nodes=st.integers(1, 6))
@@ -35,8 +35,9 @@ def test_every_answer_is_right_or_an_error_that_says_what_to_do(seed, nodes):
     all_right(findings(random_case(seed, nodes), checks))
 
 
-@settings(max_examples=10)
-@given(seed=st.integers(0, 10**9))
+@settings(max_examples=4)
+@example(seed=40)  # one in eight is asked for searches, too
+@given(seed=st.integers(1, 10**9))
 def test_every_answer_in_space_is_right_or_an_error_that_says_what_to_do(seed):
     all_right(space_findings(seed))
 
@@ -199,7 +200,7 @@ def test_the_oracles_in_space_see_a_wrong_answer(check, monkeypatch):
     ids=["plane", "space"],
 )
 def test_designs_that_are_not_the_best_or_promise_too_much_are_seen(ask, monkeypatch):
-    honest, seeds = fo.DesignModel.solve, [seed for seed in range(0, 40, 4) if next(ask(seed)).result == "answer"]
+    honest, seeds = fo.DesignModel.solve, [seed for seed in (0, 4, 8, 16, 28, 32) if next(ask(seed)).result == "answer"]
     none = lambda model, f, given: honest(model, f, [*given, model.profile == 0, model.preload == 0])  # noqa: E731
     monkeypatch.setattr(fo.DesignModel, "solve", none)
     assert [next(ask(seed)).result for seed in seeds].count("wrong") >= 2
@@ -225,14 +226,14 @@ def test_the_oracles_see_a_wrong_increment_and_a_foreign_error(monkeypatch):
 
 def test_the_study_counts_what_it_finds(tmp_path, capsys):
     questions = [*CHECKS, *DIFFERENTIAL, *SPACE]
-    assert fuzz.STUDY.run(["--cases", "2", "--seed", "40", "--data", str(tmp_path), "--quick"]) == 0
+    assert fuzz.STUDY.run(["--cases", "2", "--seed", "42", "--data", str(tmp_path), "--quick"]) == 0
     table, refused = (pd.read_parquet(kind.path(tmp_path)) for kind in (fuzz.COUNTS, fuzz.REFUSALS))
     assert list(table["question"]) == questions and (table["wrong"] == 0).all()
     outcomes = table[["answers", "ModelError", "NoContinuation", "SolverError", "wrong"]].sum(axis=1)
     assert (outcomes == table["cases"]).all() and table["cases"].max() == 2 and table["residual"].max() <= 1e-9
     assert refused["cases"].sum() == table["cases"].sum() - table["answers"].sum()
     printed = capsys.readouterr().out
-    assert printed.count("\n| ") == len(questions) + 1 and printed.startswith("seeds 40 to 41\n")
+    assert printed.count("\n| ") == len(questions) + 1 and printed.startswith("seeds 42 to 43\n")
     assert (Path(__file__).parents[1] / "docs" / "tables" / "fuzz.md").read_text().splitlines()[0] in printed.splitlines()
 
 
