@@ -163,7 +163,7 @@ def test_cycles_and_questions_without_events_are_refused(pin):
 
 
 def test_least_slip_refuses_nodes_that_open_and_close(pin):
-    with pytest.raises(fo.ModelError, match="open and close in the state of the limit"):
+    with pytest.raises(fo.ModelError, match="ask shakedown_limit without events"):
         fo.shakedown_limit(pin(8), PIN, 0.8, events=True).least_slip(5.0)
 
 

@@ -47,6 +47,7 @@ def test_a_pin_has_the_safe_slip_of_a_plain_program_and_rests_with_it(share, pin
     if share > 0.5:  # there all nodes stay closed
         assert not fo.safe_slip(pin, PIN, 0.8, load_factor).exists
         assert safe.margin == pytest.approx(margin_in_order(safe, *safe._task.order), abs=1e-7)
+        assert f"{safe.events['node'].nunique()} of them open and close" in safe.reason and (safe.open_share > 0).any()
     assert fo.steady_state(pin, PIN, 0.8, load_factor, initial_state=safe.state).dissipation < 1e-9
     assert rests(pin, PIN, 0.8, load_factor, initial_slip=safe.slip)
 
@@ -85,6 +86,7 @@ def test_a_pin_needs_far_less_friction_where_its_sides_may_lift_off(load_factor,
     required, closed = fo.required_friction(pin, PIN, load_factor, events=True), fo.required_friction(pin, PIN, load_factor)
     reached = [fo.shakedown_limit(pin, PIN, f, events=True).load_factor for f in (required.required, required.bound)]
     assert reached == pytest.approx([load_factor] * 2, rel=1e-5) and reached[0] > reached[1]
+    assert required.events.empty == (load_factor == 2.0) == ("open and close" not in required.reason)
     assert required.required == pytest.approx(closed.required, rel=1e-6) if load_factor == 2.0 else required.required < 0.2 * closed.required
     assert rests(pin, PIN, required.required, load_factor, initial_slip=required.slip)
 

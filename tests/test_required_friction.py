@@ -44,7 +44,9 @@ def test_required_friction_by_brute_force(seed, nodes, factor, coupling, most):
     contact = random_system(np.random.default_rng(seed), nodes, coupling=coupling)
     required, expected = fo.required_friction(contact, CYCLE, factor, slip_bound=most), brute_force(contact, CYCLE, factor, most)
     assert required.residual <= 1e-9
-    if expected < 500:
+    if required.open.any():  # which no row of the brute force knows
+        assert required.required <= expected * (1 + 1e-5)
+    elif expected < 500:
         assert required.required == pytest.approx(expected, rel=1e-5, abs=1e-6)
         assert most is None or required.largest_slip <= most * (1 + 1e-9)
     elif np.isfinite(required.required):  # more friction than the brute force tries

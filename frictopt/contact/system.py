@@ -165,13 +165,8 @@ class ContactSystem(Shown, Plotted):
         Examples
         --------
         >>> import frictopt as fo
-        >>> system = fo.ContactSystem.from_blocks(
-        ...     A=[[2, -1], [-1, 2]],
-        ...     B=[[0, 0.5], [-0.5, 0]],
-        ...     C=[[2, 0], [0, 2]],
-        ...     x=[0, 1],
-        ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0])},
-        ... )
+        >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0])}
+        >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
         >>> system
         ContactSystem(nodes=2, x=0 .. 1, loads=['P', 'Q'], gap=False)
         >>> q, p = system.reaction({"P": 2.0, "Q": 0.5})

@@ -86,7 +86,7 @@ class CriticalSearch:
         program = self._program(highest)
 
         def never() -> NodeClaim | None:
-            none = program.chain.contradiction(self._solver)
+            none = program.chain.contradiction()
             return None if none is None else NodeClaim(state, np.inf, np.full(program.task.system.slip_shape, np.nan), none.residual, how=NEVER)
 
         claim, record = program.chain.solve(lambda: _claimed(program, state, found), self._solver, no_optimum=never)

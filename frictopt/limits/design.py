@@ -45,8 +45,8 @@ class DesignModel(SafeModel):
         Whether material may be taken off the faces, a depth at each node.
     scenarios
         More pairs (load cycle, friction) under which the same design has to hold, each with a residual slip of its own; all share the load factor.
-        Or (load cycle, friction, shares): load case name -> the share of its preload that acts, for bolts that scatter or lose their tension. Safe in
-        all combinations of the least and the largest shares is safe in all between.
+        Or (load cycle, friction, shares): load case name -> the share of its preload that acts, for bolts that scatter or lose their tension. While
+        the same nodes are open, safe in all combinations of the least and the largest shares is safe in all between.
     slip_bound, solver
         As in `ShakedownModel`.
 
@@ -71,13 +71,8 @@ class DesignModel(SafeModel):
 
     >>> import cvxpy as cp
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem.from_blocks(
-    ...     A=[[2, 0], [0, 2]],
-    ...     B=[[0, 0], [0, 0]],
-    ...     C=[[2, 0], [0, 2]],
-    ...     x=[0, 1],
-    ...     bonded={"one": ([0, 0], [1, 0]), "two": ([0, 0], [0, 1]), "Q": ([1, 0.5], [0, 0])},
-    ... )
+    >>> loads = {"one": ([0, 0], [1, 0]), "two": ([0, 0], [0, 1]), "Q": ([1, 0.5], [0, 0])}
+    >>> system = fo.ContactSystem.from_blocks([[2, 0], [0, 2]], [[0, 0], [0, 0]], [[2, 0], [0, 2]], [0, 1], loads)
     >>> cycle = fo.LoadCycle({}, [{"Q": -1.0}, {"Q": 1.0}])
     >>> model = fo.DesignModel(system, cycle, preloads=["one", "two"])
     >>> design = model.solve(0.5, [cp.sum(model.preload) <= 3.0, model.preload >= 0])
@@ -158,7 +153,7 @@ class DesignModel(SafeModel):
         Parameters
         ----------
         friction
-            As in `ShakedownModel.solve`. More friction never lowers the load factor, so the least one is the worst case.
+            As in `ShakedownModel.solve`. With the same nodes open more friction never lowers the load factor.
         constraints
             cvxpy constraints of the forms that `ShakedownModel.solve` takes, also on `preload` and `profile`.
         objective

@@ -43,13 +43,8 @@ class GuaranteedModel(SafeModel):
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem.from_blocks(
-    ...     A=[[2, -1], [-1, 2]],
-    ...     B=[[0, 0.5], [-0.5, 0]],
-    ...     C=[[2, 0], [0, 2]],
-    ...     x=[0, 1],
-    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
-    ... )
+    >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
+    >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     >>> model = fo.GuaranteedModel(system, cycle)
     >>> [round(model.solve(friction).load_factor, 6) for friction in (0.3, 0.5)]
@@ -223,13 +218,8 @@ def guaranteed_limit(
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem.from_blocks(
-    ...     A=[[2, -1], [-1, 2]],
-    ...     B=[[0, 0.5], [-0.5, 0]],
-    ...     C=[[2, 0], [0, 2]],
-    ...     x=[0, 1],
-    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
-    ... )
+    >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
+    >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     >>> limit = fo.guaranteed_limit(system, cycle, friction=0.5)
     >>> round(limit.load_factor, 6), limit.reason

@@ -202,9 +202,9 @@ class Ordered(Program):
         opened = np.array([each.open for each in self._asked.sets])
         return Mechanism(np.sum([part.motion.moves for part in self._parts], axis=0), self._asked.friction * ~opened, open=opened)
 
-    def without_limit(self, solver: str | None) -> ShakedownLimit | None:
+    def without_limit(self) -> ShakedownLimit | None:
         """The answer that all load factors are safe, proven; None where that is not."""
-        growth = self.chain.growth(solver)
+        growth = self.chain.growth()
         if growth is None:
             return None
         way, ahead = [self.chain.value_along(growth, part) for part in self.way], self.chain.value_along(growth, self.x.load_factor)

@@ -36,7 +36,7 @@ class RequiredFriction(Answered):
         Coefficient of friction with which `slip` is safe; 0 if none is needed, inf if none is enough.
     bound
         Coefficient of friction with which no slip is safe, all nodes closed or those open that the search then finds, less than 1e-5 below
-        `required`, relatively; nan where none is needed.
+        `required`, relatively; nan where none is needed. Where nodes open and close in each cycle (`events`), others may need less.
     slip
         (N,) or (N, 2) a residual slip that is safe with `required`, length; NaN where none is enough. `largest_slip` is its size: compare it with
         what assembly can leave, and bound it by `slip_bound`.
@@ -154,6 +154,7 @@ def required_friction(
         opened = int(too_little.open.sum())
         closed = f", {opened} nodes open and the others closed" if opened else ", all nodes closed"
         why = f"no residual slip{within} is safe with less{closed}: see the mechanism"
+        why += "; with this friction nodes open and close in each cycle, with less the search finds none that rest so" * (not enough.events.empty)
     attempts = enough.record.attempts + too_little.record.attempts * (too_little is not enough)
     record = replace(enough.record, attempts=attempts, residual=max(enough.residual, too_little.residual), seconds=perf_counter() - started)
     required = root * (1 + step) if bound > 0 else 0.0

@@ -26,7 +26,7 @@ class SafeSlip(Proven):
     margin
         Its smallest reserve `f p - |q|` over nodes and corners, in mean friction bounds at load factor 0 (gaps shut), at most 1; negative: none is
         safe. With friction below 0.01 somewhere the reserve of p counts as well; with open nodes their gap, in what the mean friction bound does to
-        the mean normal stiffness.
+        the mean normal stiffness. Nodes that just touch where they open or close (`events`) have none.
     bound
         Upper bound of the margin from the multipliers alone; equals `margin` up to `residual`.
     friction_rate
@@ -42,13 +42,8 @@ class SafeSlip(Proven):
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem.from_blocks(
-    ...     A=[[2, -1], [-1, 2]],
-    ...     B=[[0, 0.5], [-0.5, 0]],
-    ...     C=[[2, 0], [0, 2]],
-    ...     x=[0, 1],
-    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
-    ... )
+    >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
+    >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     >>> safe = fo.safe_slip(system, cycle, friction=0.5, load_factor=0.3)
     >>> safe.exists, safe.certificate is None, round(safe.margin, 6)
@@ -72,6 +67,8 @@ class SafeSlip(Proven):
         within = f" within {' and '.join([*bound, *self.constraints])}" if bound or self.constraints else ""
         opened = int(self.open.sum())
         if self.exists:
+            if moving := self.events["node"].nunique():
+                return f"this slip{within} keeps all nodes stuck while they are closed; {moving} of them open and close in each cycle (events)"
             others = f"the {self.system.nodes - opened} closed nodes" if opened else "every node"
             return f"this slip{within} keeps {others} closed and stuck at every corner{', and the others open' * bool(opened)}"
         left = f" with all nodes closed, or with the {opened} open that the search finds; with others open one may be" if opened else task.pattern

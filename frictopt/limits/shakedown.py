@@ -49,13 +49,8 @@ class ShakedownModel(SafeModel):
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem.from_blocks(
-    ...     A=[[2, -1], [-1, 2]],
-    ...     B=[[0, 0.5], [-0.5, 0]],
-    ...     C=[[2, 0], [0, 2]],
-    ...     x=[0, 1],
-    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
-    ... )
+    >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
+    >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     >>> model = fo.ShakedownModel(system, cycle)
     >>> model.sweep([0.3, 0.5])["load_factor"].round(6).tolist()
@@ -121,8 +116,7 @@ class ShakedownModel(SafeModel):
         def of_order(asked: LiftOff, above: float) -> ShakedownLimit:
             program = Ordered(asked)
             chain = program.compiled(shakedown(program.x, program.rows), asked.load_unit).chain
-            none = partial(program.without_limit, self._solver)
-            claim, record = chain.solve(partial(judged, program, above=above), self._solver, no_optimum=none, above=above)
+            claim, record = chain.solve(partial(judged, program, above=above), self._solver, no_optimum=program.without_limit, above=above)
             return answered(claim, record, program)
 
         return best_order(best, of_order, at)
@@ -151,9 +145,7 @@ class ShakedownModel(SafeModel):
         unit = task.load_unit if objective is None else 1.0
         program = self._program(task, own, objective, lambda each: shakedown(each.x, each.rows), "shakedown", unit)
         claimed = partial(judged, program, objective is not None, above=above)
-        claim, record = program.chain.solve(
-            claimed, self._solver, no_optimum=lambda: without_limit(program, objective is not None, self._solver), above=above
-        )
+        claim, record = program.chain.solve(claimed, self._solver, no_optimum=lambda: without_limit(program, objective is not None), above=above)
         limit = answered(claim, record, program)
         if limit.kind is LimitKind.NO_SAFE_SLIP or objective is not None:
             return limit
@@ -231,13 +223,8 @@ def shakedown_limit(
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem.from_blocks(
-    ...     A=[[2, -1], [-1, 2]],
-    ...     B=[[0, 0.5], [-0.5, 0]],
-    ...     C=[[2, 0], [0, 2]],
-    ...     x=[0, 1],
-    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
-    ... )
+    >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
+    >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     >>> fo.shakedown_limit(system, cycle, friction=0.5).reason
     'no residual slip is safe above it with all nodes closed'
@@ -272,7 +259,7 @@ def judged(program: Program, chosen: bool = False, above: float = -np.inf) -> Sh
     return replace(limit, _why=why, objective=proof.value) if chosen else limit
 
 
-def without_limit(program: Program, chosen: bool, solver: str | None) -> ShakedownLimit | None:
+def without_limit(program: Program, chosen: bool) -> ShakedownLimit | None:
     """The answer that nothing is safe at any load factor, or that all are from one on, each proven; None where neither is.
 
     Raises
@@ -283,8 +270,8 @@ def without_limit(program: Program, chosen: bool, solver: str | None) -> Shakedo
     task, names = program.task, (*program.own, "objective") if chosen else tuple(program.own)
     unsafe = np.full(task.system.slip_shape, np.nan)
     bare = replace(program, own={}).compiled(shakedown(program.x, program.rows), task.load_unit) if names else None
-    more = program.chain.growth(solver)
-    if none := (bare and bare.chain.contradiction(solver)) or program.chain.contradiction(solver, more):  # no row is to blame if none is safe without
+    more = program.chain.growth()
+    if none := (bare and bare.chain.contradiction()) or program.chain.contradiction(more):  # no row is to blame if none is safe without
         ruling, record = program.ruling(none.ruling), SolveRecord(residual=none.residual)
         limit = ShakedownLimit(np.nan, unsafe, record, task, program.motion, LimitKind.NO_SAFE_SLIP, np.nan)
         why = f"no residual slip that is safe at any load factor{task.pattern} obeys {', '.join(ruling)}: drop or relax them"

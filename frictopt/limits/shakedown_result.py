@@ -60,13 +60,8 @@ class ShakedownLimit(Rated):
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem.from_blocks(
-    ...     A=[[2, -1], [-1, 2]],
-    ...     B=[[0, 0.5], [-0.5, 0]],
-    ...     C=[[2, 0], [0, 2]],
-    ...     x=[0, 1],
-    ...     bonded={"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])},
-    ... )
+    >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
+    >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     >>> limit = fo.shakedown_limit(system, cycle, friction=0.5)
     >>> limit.kind.name, round(limit.load_factor, 6), round(limit.bound, 6)
@@ -233,7 +228,7 @@ class ShakedownLimit(Rated):
         """
         load_factor = finite_number("load_factor", load_factor, least=0.0)
         if self._task.events:
-            raise ModelError("least_slip: nodes open and close in the state of the limit (`events`), and its multipliers bound no slip from below")
+            raise ModelError("least_slip: nodes open and close at the limit, whose multipliers bound no slip; ask shakedown_limit without events")
         if not np.isfinite(self.load_factor) or self.constraints or self._task.most is not None:
             asked = f"load factor {self.load_factor:g}" + (" under constraints on the slip" if np.isfinite(self.load_factor) else "")
             raise ModelError(f"least_slip: the limit ({asked}) bounds no slip from below; ask a finite limit without slip bound and constraints")

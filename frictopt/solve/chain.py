@@ -114,7 +114,7 @@ class Chain:
         values = growth.z[self._compiled.place(variable)].reshape(variable.shape, order="F")
         return float(values) if values.ndim == 0 else values
 
-    def contradiction(self, solver: str | None = None, growth: NoAnswer | None = None) -> NoAnswer | None:
+    def contradiction(self, growth: NoAnswer | None = None) -> NoAnswer | None:
         """Proof that no values of the variables obey all rows (Farkas's lemma): its multipliers stand in the rows then. None where there is none.
 
         Along unknowns that can grow without end, it must hold to the last digits of its terms.
@@ -136,7 +136,7 @@ class Chain:
         largest = max(sizes.values(), default=0.0)
         return NoAnswer(frozenset(row for row, size in sizes.items() if size > RESIDUAL * largest), None, off / lack / _FAR)
 
-    def growth(self, solver: str | None = None) -> NoAnswer | None:
+    def growth(self) -> NoAnswer | None:
         """Proof that the objective of a program that has a solution grows without end: the z along which it does. None where there is none."""
         program, reduced, compiled = self.reduced.arrays, self.reduced, self._compiled
         found = _least_excess(program, np.zeros(len(program.right)), program.cost)
