@@ -1,5 +1,7 @@
 """The checks that stand between a solver and an answer: solvers that lie in one respect are found out, bounds hold where they are not settled."""
 
+from importlib import import_module
+
 import cvxpy as cp
 import numpy as np
 import pytest
@@ -8,9 +10,11 @@ from scipy.optimize import linprog
 import frictopt as fo
 from frictopt.limits.critical_state import load_factor_bounds
 from frictopt.limits.question import pose
+from frictopt.limits.shakedown_result import upper_bound
 from frictopt.solve import chain
 from frictopt.solve import solvers as policy
 from frictopt.solve.chain import NoAnswer
+from frictopt.solve.compiled import Proof
 from frictopt.solve.solvers import NoOptimum
 from liars import is_excess, lying, misread, persuasive, unpolished
 from spatial import single
@@ -268,3 +272,31 @@ def test_a_wrong_claim_of_no_limit_is_refused(monkeypatch):
     lying(monkeypatch, lambda program, name, x, y: None if is_excess(program) else "unbounded")
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         fo.shakedown_limit(random_system(np.random.default_rng(0), 3), CYCLE, 0.4)
+
+
+def of_moved_slip(monkeypatch, contact, friction, by):
+    """Residuals of a safe slip as it was found, and with the first node moved."""
+    asked, module = [], import_module("frictopt.limits.safe_slip")
+    judged = module.judged
+    monkeypatch.setattr(module, "judged", lambda *given: asked.append(given) or judged(*given))
+    fo.safe_slip(contact, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), friction, 0.0)
+    program, *given = asked[-1]
+    found, slip = judged(program, *given).residual, np.array(program.x.slip.value)
+    program.x.slip.save_value(slip + [by, 0.0])
+    return found, judged(program, *given).residual
+
+
+def test_the_reserve_of_a_safe_slip_counts_gaps_and_pressures_where_these_are_the_least(monkeypatch):
+    """The slip of node 0 changes the pressure, or the gap, of node 1; back from its best place it has more of its own friction bound to spare."""
+    one, pressing = np.eye(2), [[0.0, 0.0], [0.5, 0.0]]
+    loads = {"P": ([0.0, 0.0], [1.0, -0.05]), "Q": ([0.1, 0.0], [0.0, 0.0])}
+    opened = fo.ContactSystem.from_blocks(one, [[0.0, 0.0], [0.02, 0.0]], one, [0.0, 1.0], loads)  # too little to press node 1
+    found, moved = of_moved_slip(monkeypatch, opened, 0.5, 0.1)
+    assert found < 1e-9 and moved > 1e-3
+    little = fo.ContactSystem.from_blocks(one, pressing, one, [0.0, 1.0], {"P": ([0.0, 0.0], [1.0, 0.003]), "Q": ([0.001, 0.0], [0.0, 0.0])})
+    found, moved = of_moved_slip(monkeypatch, little, [0.005, 2.0], -1e-4)
+    assert found < 1e-9 and moved > 1e-3
+
+
+def test_an_upper_bound_covers_what_the_multipliers_do_not_balance():
+    assert upper_bound(Proof(1.0, 1.0, 0.25, 1.0)) == 1.25

@@ -224,10 +224,9 @@ def judged(program: Program, margin: cp.Variable, load_factor: float) -> SafeSli
     bounds, q, p = program.bounds(), np.linalg.norm(r[:, :-1], axis=1), r[:, -1]
     held = np.min(np.minimum(task.friction * p - q, p if task.little else np.inf), where=stuck, initial=np.inf)
     reserve = min(held / task.mean_bound, np.min(u[:, -1], where=opened, initial=np.inf) / task.clearance)
-    pull = float(-p.min() / task.force) if value >= 0 else 0.0
     gap = (abs(proof.bound - value) + proof.defect) / max(1.0, abs(value))
     off = task.violation(load_factor, slip) if task.events else 0.0
-    residual = np.max([gap, value - reserve, pull, off, task.beyond(slip), program.own_violation])
+    residual = np.max([gap, value - reserve, off, task.beyond(slip), program.own_violation])
     record = SolveRecord(residual=float(np.nan_to_num(residual, nan=np.inf)))
     bound, rate = proof.bound + proof.defect, float(np.sum(bounds * p))
     return SafeSlip(load_factor, slip, record, task, program.motion, value, bound, rate, constraints=tuple(program.own))
