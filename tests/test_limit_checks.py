@@ -274,12 +274,12 @@ def test_a_wrong_claim_of_no_limit_is_refused(monkeypatch):
         fo.shakedown_limit(random_system(np.random.default_rng(0), 3), CYCLE, 0.4)
 
 
-def of_moved_slip(monkeypatch, contact, friction, by):
+def of_moved_slip(monkeypatch, contact, friction, by, **options):
     """Residuals of a safe slip as it was found, and with the first node moved."""
     asked, module = [], import_module("frictopt.limits.safe_slip")
     judged = module.judged
     monkeypatch.setattr(module, "judged", lambda *given: asked.append(given) or judged(*given))
-    fo.safe_slip(contact, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), friction, 0.0)
+    fo.safe_slip(contact, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), friction, 0.0, **options)
     program, *given = asked[-1]
     found, slip = judged(program, *given).residual, np.array(program.x.slip.value)
     program.x.slip.save_value(slip + [by, 0.0])
@@ -295,6 +295,13 @@ def test_the_reserve_of_a_safe_slip_counts_gaps_and_pressures_where_these_are_th
     assert found < 1e-9 and moved > 1e-3
     little = fo.ContactSystem.from_blocks(one, pressing, one, [0.0, 1.0], {"P": ([0.0, 0.0], [1.0, 0.003]), "Q": ([0.001, 0.0], [0.0, 0.0])})
     found, moved = of_moved_slip(monkeypatch, little, [0.005, 2.0], -1e-4)
+    assert found < 1e-9 and moved > 1e-3
+
+
+def test_a_safe_slip_beyond_its_bound_is_no_answer_though_nothing_resists_it(monkeypatch):
+    loads = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.1, 0.1], [0.0, 0.0])}
+    loose = fo.ContactSystem.from_blocks(np.zeros((2, 2)), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads)
+    found, moved = of_moved_slip(monkeypatch, loose, 0.5, 0.3, slip_bound=0.1)
     assert found < 1e-9 and moved > 1e-3
 
 
