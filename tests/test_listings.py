@@ -96,7 +96,7 @@ def test_the_margin_in_a_bare_script(tangents, load_factor):
     contact, cycle = asked(tangents)
     script, margin = Script(contact, cycle, 0.5, load_factor), cp.Variable(name="margin")
     unit = 0.5 * contact.reaction(cycle.mean)[1].mean()
-    rows = script.rest + script.listing.inside(script.x, script.f, script.corners, margin * unit, margin)
+    rows = script.rest + script.listing.inside(script.x, script.f, script.corners, dict.fromkeys(script.corners, margin * unit), margin)
     assert script.solved(script.listing.safe_slip(margin, rows)) == near(fo.safe_slip(contact, cycle, 0.5, load_factor).margin, tangents)
 
 

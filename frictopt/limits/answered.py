@@ -1,5 +1,6 @@
 """What the answers of limit questions have in common: the state under a residual slip at a load factor, and the mechanism that proves them."""
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -13,10 +14,11 @@ import pandas as pd
 from ..contact import ContactState, ContactSystem, LoadCycle, Plotted, Recorded, SolveRecord, components, frame, joined, lengths, parted, places
 from ..contact.checks import Array, Booleans, Integers, frozen
 from ..contact.tolerances import RESIDUAL
-from ..solve.problem import Duals, Explained, duals, multiplier_table
+from ..solve.problem import Duals, Explained, duals
 from .question import Question
 
 _BARE = 10 * RESIDUAL  # share of the mean friction bound below which a node carries nothing, and its traction ratio is rounding
+_OF_CORNER = re.compile(r"(?:q|p|gap|stuck|pressed|apart)(?:_\d+)?\[(\d+)\]")  # how rows of a corner are called
 _SHARE = RESIDUAL  # parts of a mechanism below this share of it are left out of its table: they have the error of the answer
 
 
@@ -99,20 +101,6 @@ class Mechanism:
         else:
             columns["slip1"], columns["slip2"] = sense / sizes[way, corner, node]
         return pd.DataFrame({**columns, "share": share[way, corner, node]})
-
-    def load_rates(self, system: ContactSystem, cycle: LoadCycle, load_factor: float) -> pd.DataFrame:
-        """Rate of the limit with the amplitudes of all load cases in the mean load, and of those of the corners (for a mechanism of unit drive)."""
-
-        def row(case: str, part: str, amplitude: float, moves: Array, factor: float = 1.0) -> dict[str, Any]:
-            return {"load": case, "part": part, "amplitude": amplitude, "rate": factor * float(moves.ravel() @ joined(*system.bonded[case]))}
-
-        net = self.moves.sum(axis=0)
-        rows = [row(case, "mean", cycle.mean.get(case, 0.0), net) for case in dict.fromkeys([*cycle.mean, *system.bonded])]
-        for k, fixed in enumerate(cycle.fixed or ()):
-            rows += [row(case, f"fixed at {cycle.corner_names[k]}", amplitude, self.moves[k]) for case, amplitude in fixed.items()]
-        for k, corner in enumerate(cycle.corners):
-            rows += [row(case, cycle.corner_names[k], amplitude, self.moves[k], load_factor) for case, amplitude in corner.items()]
-        return pd.DataFrame(rows, columns=["load", "part", "amplitude", "rate"])
 
 
 def of_nodes(system: ContactSystem, node: Integers) -> dict[str, np.ndarray]:
@@ -241,7 +229,19 @@ class Proven(Answered, Explained):
         sizes of these slips. Rows without a label are named by their left side, or by their right one where that is a constant. Of your own rows,
         node is the first index of an entry, and component the others. Empty without a program.
         """
-        return multiplier_table(self._duals)
+        tables = [pd.DataFrame(columns=["row", "corner", "node", "component", "multiplier"])] * (not self._duals)
+        for name, dual in self._duals:
+            corner = int(found.group(1)) if (found := _OF_CORNER.fullmatch(name)) else -1
+            values = dual.reshape(len(dual), int(np.prod(dual.shape[1:])))
+            node, component = (part.ravel() for part in np.indices(values.shape))
+            tables.append(pd.DataFrame({"row": name, "corner": corner, "node": node, "component": component, "multiplier": values.ravel()}))
+        return pd.concat(tables, ignore_index=True)
+
+    @property
+    def _by_friction(self) -> Array:
+        """(N,) rate with the friction of each node: the multipliers of its bounds times its pressures."""
+        p, rows = self._instants[2], dict(reversed(self._duals))  # the first of a name: your own rows come last
+        return np.asarray(np.sum([np.maximum(rows.get(f"stuck[{k}]", 0.0), 0.0) * p[k] for k in range(len(p))], axis=0))
 
 
 A = TypeVar("A", bound=Answered)
@@ -274,8 +274,18 @@ class Rated(Proven):
         than needed, the limit has a kink, and this is the rate of one. NaN without a finite limit, where a guaranteed limit is `least`, and with
         constraints of your own, for those may change with the loads.
         """
-        motion = replace(self._motion, moves=self._task.by_corner(self._motion.moves))
-        rates = motion.load_rates(self.system, self.cycle, self.load_factor)
+        moves, cycle, system = self._task.by_corner(self._motion.moves), self.cycle, self.system
+
+        def row(case: str, part: str, amplitude: float, moves: Array, factor: float = 1.0) -> dict[str, Any]:
+            return {"load": case, "part": part, "amplitude": amplitude, "rate": factor * float(moves.ravel() @ joined(*system.bonded[case]))}
+
+        net = moves.sum(axis=0)
+        rows = [row(case, "mean", cycle.mean.get(case, 0.0), net) for case in dict.fromkeys([*cycle.mean, *system.bonded])]
+        for k, fixed in enumerate(cycle.fixed or ()):
+            rows += [row(case, f"fixed at {cycle.corner_names[k]}", amplitude, moves[k]) for case, amplitude in fixed.items()]
+        for k, corner in enumerate(cycle.corners):
+            rows += [row(case, cycle.corner_names[k], amplitude, moves[k], self.load_factor) for case, amplitude in corner.items()]
+        rates = pd.DataFrame(rows, columns=["load", "part", "amplitude", "rate"])
         return rates if self._rated else rates.assign(rate=np.nan)
 
     @cached_property

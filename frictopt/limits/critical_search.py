@@ -15,6 +15,7 @@ import cvxpy as cp
 import numpy as np
 
 from ..contact import RESIDUAL, Array, SolveRecord, frozen
+from ..solve.problem import put_back, standing
 from .answered import Mechanism
 from .critical_state import CriticalState
 from .models import Row, Unknowns, critical, stuck
@@ -74,8 +75,7 @@ class CriticalSearch:
     def restore(self, claim: NodeClaim) -> None:
         """Put an answer into its program, which may have been solved for other nodes since."""
         self._set(claim.state)
-        for part, value in claim.values.items():
-            part.save_value(value)
+        put_back(claim.values)
 
     def _set(self, state: CriticalState) -> None:
         task, own = self._task, (np.arange(self._task.system.nodes) == state.node).astype(float)
@@ -119,9 +119,8 @@ def _claimed(program: Program, state: CriticalState, found: float) -> NodeClaim:
     residual, least = np.max([task.violation(load_factor, slip), off, proof.gap, program.own_violation]), proof.bound - proof.defect
     if not residual <= RESIDUAL and found < least < np.inf:
         return NodeClaim(state, least, np.full_like(slip, np.nan), 0.0, how=LEFT_OUT)
-    parts = [*program.problem.variables(), *(dual for row in program.problem.constraints for dual in row.dual_variables)]
-    motion, values = critical_motion(program, state) if load_factor < found else None, {part: part.value for part in parts}
-    return NodeClaim(state, load_factor, slip, float(np.nan_to_num(residual, nan=np.inf)), motion, program, values)
+    motion = critical_motion(program, state) if load_factor < found else None
+    return NodeClaim(state, load_factor, slip, float(np.nan_to_num(residual, nan=np.inf)), motion, program, standing(program.problem))
 
 
 def critical_motion(program: Program, state: CriticalState) -> Mechanism:

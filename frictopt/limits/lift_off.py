@@ -10,7 +10,7 @@ and so for p and the gaps, with A and the loads of the nodes that are closed bef
 all is linear and no node opens or closes: nodes that stick at both ends stick in between. On the way back it is the same the other way round.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import accumulate, pairwise
@@ -143,19 +143,14 @@ def with_order(task: Question, order: Order, of_set: Callable[[Nodes], Question 
 
 
 class Ordered(Program):
-    """The listing of an order of events, in which the places of the events are unknowns.
+    """The listing of an order of events, compiled with a goal of this `unit`, in which the places of the events are unknowns.
 
-    Parameters
-    ----------
-    asked
-        The question.
-    friction
-        The rows of friction at some instants, see `models.stuck`.
-    load_factor
-        The load factor, if it is given.
+    `friction` lists the rows of friction at some instants, as `models.stuck` does; the load factor may be given.
     """
 
-    def __init__(self, asked: LiftOff, friction: Callable[..., list[Row]] = stuck, load_factor: Any = None) -> None:
+    def __init__(
+        self, asked: LiftOff, goal: Callable[[Program], cp.Problem], unit: float, friction: Callable[..., list[Row]] = stuck, load_factor: Any = None
+    ) -> None:
         sets, self._asked, self.own = asked.sets, asked, {}
         self.x, self.corners = unknowns(asked.system.slip_shape, range(len(sets)), load_factor), list(range(len(sets)))
         self.f = cp.Parameter(asked.system.nodes, nonneg=True, name="f", value=asked.friction)
@@ -165,6 +160,8 @@ class Ordered(Program):
         touching = {m: sorted(nodes) for m, nodes in enumerate(asked.order.events, start=1)}
         self.rows = [row for part in self._parts for row in part.rows]
         self.rows += events(self.x, touching) + ordered(self.x.load_factor, self.way)
+        units = {variable: size for part in self._parts for variable, size in part.units.items()} | dict.fromkeys(self.way, asked.load_unit)
+        self.chain = self._parts[0].compiled(goal(self), unit, units, self._parts[1:]).chain
 
     def _part(self, task: Question, instants: list[int], number: int, friction: Callable[..., list[Row]]) -> Program:
         """The rows of instants with the same nodes open before and after."""
@@ -176,12 +173,6 @@ class Ordered(Program):
         contact = SimpleNamespace(A=task.A, B=task.B, W=task.W, loads=lambda m: then if m == last else first)
         rows = rest(contact, mine, instants, more, of)
         return Program(task, mine, self.f, instants, rows + friction(mine, self.f, instants, task.little))
-
-    def compiled(self, problem: cp.Problem, unit: float, units: Mapping[cp.Variable, Any] | None = None, others: Sequence[Program] = ()) -> "Ordered":
-        """See `Program.compiled`."""
-        own = {variable: size for part in self._parts for variable, size in part.units.items()} | dict.fromkeys(self.way, self._asked.load_unit)
-        self.chain = self._parts[0].compiled(problem, unit, own | dict(units or {}), [*self._parts[1:], *others]).chain
-        return self
 
     @property
     def task(self) -> LiftOff:  # type: ignore[override]  # it follows from the solution

@@ -113,12 +113,14 @@ def ordered(load_factor: Any, way: Sequence[cp.Variable]) -> list[Row]:
     return [(one <= other).set_label(f"way[{m}]") for m, (one, other) in enumerate(pairwise([0, *way, load_factor]))]
 
 
-def inside(x: Unknowns, f: cp.Parameter, corners: Iterable[int], spare: cp.Expression, apart: cp.Expression, little: bool = False) -> list[Row]:
-    """The same with something to spare of each friction bound, and of the gaps of open nodes."""
+def inside(
+    x: Unknowns, f: cp.Parameter, corners: Iterable[int], spare: Mapping[int, cp.Expression], apart: cp.Expression, little: bool = False
+) -> list[Row]:
+    """The same with something to spare of each friction bound, by corner, and of the gaps of open nodes."""
     rows = list[Row]()
     for k in corners:
-        rows.append((size(x.q[k]) + spare <= cp.multiply(f, x.p[k])).set_label(f"stuck[{k}]"))
-        rows += [(x.p[k] >= spare).set_label(f"pressed[{k}]")] if little else []
+        rows.append((size(x.q[k]) + spare[k] <= cp.multiply(f, x.p[k])).set_label(f"stuck[{k}]"))
+        rows += [(x.p[k] >= spare[k]).set_label(f"pressed[{k}]")] if little else []
     return rows + [(gap >= apart).set_label(f"apart[{k}]") for k, gap in x.gap.items()]
 
 

@@ -16,7 +16,7 @@ from ..contact import CONDENSATION, RESIDUAL, ROUNDING, ZERO_LOAD_FACTOR, Array,
 from ..errors import ModelError
 from ..solve.chain import Chain
 from ..solve.compiled import Change, by_inverse, unresisted
-from ..solve.problem import Problem
+from ..solve.problem import Problem, dual_of
 from .answered import Mechanism
 from .models import More, Row, Unknowns, named, rest, stuck, unknowns, within
 from .question import Question
@@ -155,13 +155,6 @@ class Program:
         moves = moves - ((moves.reshape(len(moves), -1) @ system.S + press) @ task.give).reshape(moves.shape)
         return Mechanism(moves, task.friction * ~task.open, hold, open=task.open)
 
-    def bounds(self) -> Array:
-        """(K, N) multipliers of the friction bounds, 1 over force for a load factor."""
-        labelled, sizes = {row.label: row for row in self.problem.constraints}, np.zeros((len(self.x.q), self.task.system.nodes))
-        for k in self.corners:
-            sizes[k] = np.maximum(labelled[f"stuck[{k}]"].dual_value, 0.0)
-        return sizes
-
     @property
     def own_violation(self) -> float:
         """Largest violation of the rows, the user's among them, dimensionless; 0 where there are none of these."""
@@ -173,8 +166,7 @@ class Program:
 
     def prices(self) -> dict[str, Array]:
         """Rate of the objective as each of the user's constraints gives way, in the user's units: >= 0; of an equation with its right side."""
-        duals = {name: row.dual_value[0] if isinstance(row, cp.SOC) else row.dual_value for name, row in self.own.items()}
-        return {name: 0.0 + np.asarray(dual) for name, dual in duals.items()}  # a number where it has no axes
+        return {name: 0.0 + np.asarray(dual_of(row)) for name, row in self.own.items()}  # a number where it has no axes
 
 
 def listed_rows(

@@ -13,7 +13,6 @@ from ..contact import RESIDUAL, ContactSystem, LoadCycle, SolveRecord, finite_nu
 from ..errors import SolverError
 from .answered import Answered, Mechanism
 from .models import most_pressed, unknowns
-from .patterns import check_events
 from .programs import listed_rows
 from .question import pose
 from .safe_slip import SafeSlipModel
@@ -108,7 +107,6 @@ def required_friction(
     started, load_factor = perf_counter(), finite_number("load_factor", load_factor, least=0.0)
     model = SafeSlipModel(system, cycle, slip_bound=slip_bound)
     asked, most, task = _Asked(model, load_factor, events), 1.0, model._asked
-    check_events(events, task, given=False)
     within, smaller = ("", "") if slip_bound is None else (" within the slip bound", "smaller ")
     held, sheared = task.r0[:, :-1], load_factor * task.r1[:, :-1]
     alike = np.ptp(held + sheared, axis=0).max() <= RESIDUAL * max(np.abs(held).max(), np.abs(sheared).max())

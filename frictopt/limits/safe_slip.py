@@ -1,7 +1,6 @@
 """Existence of a safe residual slip at a given load factor."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import cvxpy as cp
 import numpy as np
@@ -78,7 +77,7 @@ class SafeSlipModel(SafeModel):
 
         def friction(x: models.Unknowns, corners: list[int]) -> list[Row]:
             spare = models.called(cp.multiply(self.margin, self._spare), "margin * mean_bound")
-            return models.inside(x, self._f, corners, spare, self.margin * self._apart, task.little)
+            return models.inside(x, self._f, corners, dict.fromkeys(corners, spare), self.margin * self._apart, task.little)
 
         self._spare.value, self._apart.value, self.load_factor.value = task.mean_bound * ~task.open, task.clearance, load_factor
         program = self._program(task, own, None, lambda each: models.safe_slip(self.margin, each.rows), "safe slip", 1.0, friction=friction)
@@ -158,13 +157,13 @@ class SafeSlipModel(SafeModel):
         """The slip with the largest margin, with nodes that open and close in a given order. What just touches has nothing to spare."""
         margin, given = cp.Variable(name="margin"), cp.Parameter(nonneg=True, name="load_factor", value=load_factor)
         units = [models.named(asked.mean_bound * stuck, f"mean_bound[{m}]") for m, stuck in enumerate(asked.statuses[0])]
+        spare = {m: models.times(margin, unit) for m, unit in enumerate(units)}
+        apart = models.times(margin, models.named(asked.clearance, "clearance"))
 
         def friction(x: models.Unknowns, f: cp.Parameter, instants: list[int], little: bool) -> list[Row]:
-            each = [(replace(x, gap={k: gap for k, gap in x.gap.items() if k == m}), m) for m in instants]
-            return [row for one, m in each for row in models.inside(one, f, [m], models.times(margin, units[m]), margin * asked.clearance, little)]
+            return models.inside(x, f, instants, spare, apart, little)
 
-        program = Ordered(asked, friction, given)
-        program.compiled(models.safe_slip(margin, program.rows), 1.0)
+        program = Ordered(asked, lambda each: models.safe_slip(margin, each.rows), 1.0, friction, given)
         return answered(*program.chain.solve(lambda: judged(program, margin, load_factor), self._solver), program)
 
 
@@ -221,12 +220,11 @@ def judged(program: Program, margin: cp.Variable, load_factor: float) -> SafeSli
     """The slip that stands in a program of the margin, judged by its reserve, and by the multipliers."""
     task, value, slip, proof = program.task, float(margin.value), program.slip, program.chain.proof
     (u, r), (stuck, opened) = task.instants(load_factor, slip), task.statuses
-    bounds, q, p = program.bounds(), np.linalg.norm(r[:, :-1], axis=1), r[:, -1]
+    q, p = np.linalg.norm(r[:, :-1], axis=1), r[:, -1]
     held = np.min(np.minimum(task.friction * p - q, p if task.little else np.inf), where=stuck, initial=np.inf)
     reserve = min(held / task.mean_bound, np.min(u[:, -1], where=opened, initial=np.inf) / task.clearance)
     gap = (abs(proof.bound - value) + proof.defect) / max(1.0, abs(value))
     off = task.violation(load_factor, slip) if task.events else 0.0
     residual = np.max([gap, value - reserve, off, task.beyond(slip), program.own_violation])
     record = SolveRecord(residual=float(np.nan_to_num(residual, nan=np.inf)))
-    bound, rate = proof.bound + proof.defect, float(np.sum(bounds * p))
-    return SafeSlip(load_factor, slip, record, task, program.motion, value, bound, rate, constraints=tuple(program.own))
+    return SafeSlip(load_factor, slip, record, task, program.motion, value, proof.bound + proof.defect, constraints=tuple(program.own))

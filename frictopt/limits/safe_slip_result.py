@@ -29,8 +29,6 @@ class SafeSlip(Proven):
         the mean normal stiffness. Nodes that just touch where they open or close (`events`) have none.
     bound
         Upper bound of the margin from the multipliers alone; equals `margin` up to `residual`.
-    friction_rate
-        Rate of the margin with friction, added alike at all nodes, in mean friction bounds as they are.
     record
         How it was found. Its `residual` is the largest of: the shortfall of the slip's reserve, recomputed, and the distance of `bound`. At
         most 1e-9.
@@ -53,7 +51,11 @@ class SafeSlip(Proven):
     _said = ("exists", "margin", "bound", "largest_slip", "residual", "reason")
     margin: float
     bound: float
-    friction_rate: float
+
+    @cached_property
+    def friction_rate(self) -> float:
+        """Rate of the margin with friction, added alike at all nodes, in mean friction bounds as they are."""
+        return float(self._by_friction.sum())
 
     @property
     def exists(self) -> bool:

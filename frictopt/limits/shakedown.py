@@ -114,9 +114,8 @@ class ShakedownModel(SafeModel):
         """The best limit with nodes that open and close in each cycle, see `best_order`, from one of nodes that stay as they are."""
 
         def of_order(asked: LiftOff, above: float) -> ShakedownLimit:
-            program = Ordered(asked)
-            chain = program.compiled(shakedown(program.x, program.rows), asked.load_unit).chain
-            claim, record = chain.solve(partial(judged, program, above=above), self._solver, no_optimum=program.without_limit, above=above)
+            program = Ordered(asked, lambda each: shakedown(each.x, each.rows), asked.load_unit)
+            claim, record = program.chain.solve(partial(judged, program, above=above), self._solver, no_optimum=program.without_limit, above=above)
             return answered(claim, record, program)
 
         return best_order(best, of_order, at)

@@ -211,8 +211,7 @@ class ShakedownLimit(Rated):
 
         Where the mechanism is not unique the limit has a kink, and this is one of its supergradients. NaN without a finite limit.
         """
-        p, rows = self._instants[2], dict(reversed(self._duals))  # the motion has forces of your own rows, too
-        return frozen(np.sum([np.maximum(rows.get(f"stuck[{k}]", 0.0), 0.0) * p[k] for k in range(len(p))], axis=0))
+        return frozen(self._by_friction)
 
     def least_slip(self, load_factor: float) -> LeastSlip:
         """Proven lower bound of slip and gaps in every cycle at a load factor, from every start; it is positive above the limit.

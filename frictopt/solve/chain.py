@@ -13,6 +13,7 @@ from scipy.sparse import coo_array, csr_array, hstack, vstack
 from ..contact import RESIDUAL, ROUNDING, Array, Attempt, SolveRecord
 from .arrays import Arrays, polish
 from .compiled import Change, Compiled, Proof, proof
+from .problem import put_back, standing
 from .reduced import Reduced
 from .solvers import INFEASIBLE, LARGE_SOCP, LP, NONE, OPTIMAL, SOCP, UNBOUNDED, C, failed, run, solver_order
 
@@ -100,13 +101,11 @@ class Chain:
     @contextmanager
     def kept(self) -> Iterator[None]:
         """What stands in the unknowns and multipliers of the problem stands in them again afterwards."""
-        duals = [dual for row in self.problem.constraints for dual in row.dual_variables]
-        values = [(part, part.value) for part in (*self.problem.variables(), *duals)]
+        values = standing(self.problem)
         try:
             yield
         finally:
-            for part, value in values:
-                part.save_value(value)
+            put_back(values)
 
     def value_along(self, growth: NoAnswer, variable: cp.Variable) -> Any:
         """The part of a variable in unknowns that grow without end."""

@@ -2,6 +2,7 @@
 
 import copy
 import re
+from collections.abc import Mapping
 from typing import Any, TypeAlias
 
 import cvxpy as cp
@@ -13,10 +14,8 @@ from ..contact import RESIDUAL, Array, Recorded
 
 _BINDING = 100 * RESIDUAL  # slack, over the largest of its row, up to which it is printed as binding: solvers leave more than the residual
 
-_OF_CORNER = re.compile(r"(?:q|p|gap|stuck|pressed|apart)(?:_\d+)?\[(\d+)\]")  # how rows of a corner are called
 _SAID = {True: "yes", False: "no"}
 _SHOWN = 8  # rows of the mechanism that are printed
-
 
 Duals: TypeAlias = tuple[tuple[str, Array], ...]
 
@@ -94,21 +93,27 @@ def called(row: cp.Constraint) -> str:
     return str(row.label or next((side for side in row.args if not side.is_constant()), row.args[0]))
 
 
+def dual_of(row: cp.Constraint) -> Any:
+    """The multiplier of a row, of a cone that of its bound."""
+    return row.dual_value[0] if isinstance(row, cp.SOC) else row.dual_value
+
+
+def standing(problem: cp.Problem) -> dict[cp.Variable, Any]:
+    """What stands in the unknowns and multipliers of a problem."""
+    parts = [*problem.variables(), *(dual for row in problem.constraints for dual in row.dual_variables)]
+    return {part: part.value for part in parts}
+
+
+def put_back(values: Mapping[cp.Variable, Any]) -> None:
+    """Put what stood in unknowns and multipliers back into them."""
+    for part, value in values.items():
+        part.save_value(value)
+
+
 def duals(problem: cp.Problem) -> Duals:
     """The multipliers that stand in the rows of a problem, by the names of the rows."""
-    rows = [(row, row.dual_value[0] if isinstance(row, cp.SOC) else row.dual_value) for row in problem.constraints]
+    rows = [(row, dual_of(row)) for row in problem.constraints]
     return tuple((called(row), np.atleast_1d(np.array(dual, dtype=float))) for row, dual in rows if dual is not None)
-
-
-def multiplier_table(rows: Duals) -> pd.DataFrame:
-    """See `Proven.multipliers`."""
-    tables = [pd.DataFrame(columns=["row", "corner", "node", "component", "multiplier"])] * (not rows)
-    for name, dual in rows:
-        corner = int(found.group(1)) if (found := _OF_CORNER.fullmatch(name)) else -1
-        values = dual.reshape(len(dual), int(np.prod(dual.shape[1:])))
-        node, component = (part.ravel() for part in np.indices(values.shape))
-        tables.append(pd.DataFrame({"row": name, "corner": corner, "node": node, "component": component, "multiplier": values.ravel()}))
-    return pd.concat(tables, ignore_index=True)
 
 
 def _problem_lines(problem: cp.Problem, value: float | None) -> list[str]:
