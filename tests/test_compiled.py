@@ -357,6 +357,13 @@ def test_damaged_multipliers_contradict_nothing(kind, damage, monkeypatch):
     assert chain.contradiction() is None
 
 
+@pytest.mark.parametrize("over", [0.0, 1e-12])
+def test_rows_that_rounding_parts_contradict_nothing(over):
+    t = cp.Variable()
+    chain = Chain(cp.Problem(cp.Maximize(t), [t >= 1 + over, t <= 1]), {})
+    assert chain.contradiction() is None
+
+
 def lies(told):
     """Solvers that tell this x and these multipliers of any program."""
     return lambda program, name, above: ("optimal", *told(program))

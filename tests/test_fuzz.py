@@ -215,6 +215,14 @@ def test_slip_that_goes_on_below_a_limit_that_is_too_high_is_seen(monkeypatch):
     assert len(found) == 4 and all("persists below the limit" in text and "all nodes closed" in text for text in found), found
 
 
+def test_a_better_set_of_open_nodes_than_the_one_of_the_answer_is_seen(monkeypatch):
+    """Contacts whose limit leaves nodes open, and the one with all nodes closed in its place."""
+    seeds, ask = (800280, 800312, 800384, 800408), lambda seed: next(findings(random_case(seed), ["patterns"])).result
+    assert [ask(seed) for seed in seeds] == ["answer"] * 4
+    monkeypatch.setattr("frictopt.limits.shakedown.best_pattern", lambda task, of_set, closed, at: closed)
+    assert "missed" in [ask(seed) for seed in seeds]
+
+
 def test_the_oracles_see_a_wrong_increment_and_a_foreign_error(monkeypatch):
     honest = FrozenBoundIncrement.solve
     seed = next(s for s in range(0, 400, 8) if any(f.compared for f in findings(random_case(s), ["frozen-bound increment"])))
@@ -229,7 +237,7 @@ def test_the_study_counts_what_it_finds(tmp_path, capsys):
     assert fuzz.STUDY.run(["--cases", "2", "--seed", "42", "--data", str(tmp_path), "--quick"]) == 0
     table, refused = (pd.read_parquet(kind.path(tmp_path)) for kind in (fuzz.COUNTS, fuzz.REFUSALS))
     assert list(table["question"]) == questions and (table["wrong"] == 0).all()
-    outcomes = table[["answers", "ModelError", "NoContinuation", "SolverError", "wrong"]].sum(axis=1)
+    outcomes = table[["answers", "missed", "ModelError", "NoContinuation", "SolverError", "wrong"]].sum(axis=1)
     assert (outcomes == table["cases"]).all() and table["cases"].max() == 2 and table["residual"].max() <= 1e-9
     assert refused["cases"].sum() == table["cases"].sum() - table["answers"].sum()
     printed = capsys.readouterr().out

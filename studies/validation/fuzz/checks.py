@@ -14,7 +14,7 @@ from .. import oracles
 from ..open_patterns import largest_with_open
 from .cases import Case
 from .guaranteed import followed, guaranteed, guaranteed_transformed
-from .known import Known, NotAsked, Wrong, same, transformed
+from .known import Known, Missed, NotAsked, Wrong, same, transformed
 from .patterns import patterns
 from .searches import best_design, found_range, least_slip, limit_after_protocol
 
@@ -33,7 +33,7 @@ class Finding:
     check, seed
         The question, and the seed of the case.
     result
-        "answer", "wrong", or the name of the error.
+        "answer", "missed" if it is right and another one better, "wrong", or the name of the error.
     residual
         Residual of the answer; nan if there is none.
     compared
@@ -63,6 +63,8 @@ def asked(questions: Mapping[str, Callable[[Any], tuple[float, bool]]], subject:
             yield Finding(name, seed, "answer", residual, compared, "")
         except NotAsked:
             continue
+        except Missed as better:
+            yield Finding(name, seed, "missed", float("nan"), True, str(better))
         except fo.FrictoptError as error:
             kind = next(kind for kind in (fo.ModelError, fo.NoContinuation, fo.SolverError) if isinstance(error, kind))
             yield Finding(name, seed, kind.__name__, float("nan"), False, str(error))

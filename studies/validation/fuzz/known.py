@@ -16,6 +16,10 @@ class Wrong(Exception):
     """An answer that an independent one contradicts."""
 
 
+class Missed(Exception):
+    """An answer that is right as far as it says, beside which an independent one is better."""
+
+
 class NotAsked(Exception):
     """The question makes no sense for a case."""
 

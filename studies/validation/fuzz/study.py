@@ -75,7 +75,7 @@ def counts(parameters: Parameters) -> pd.DataFrame:
     """One row per question."""
     by = _run(parameters).groupby("check")
     table = by.agg(cases=("seed", "size"), compared=("compared", "sum"), residual=("residual", "max"), seconds=("seconds", "sum"))
-    results = ["answer", "ModelError", "NoContinuation", "SolverError", "wrong"]
+    results = ["answer", "missed", "ModelError", "NoContinuation", "SolverError", "wrong"]
     table[results] = by["result"].value_counts().unstack().reindex(columns=results)
     table = table.reindex([check for part in parameters.parts for check in PARTS[part][0]]).fillna(0.0)
     whole = table.drop(columns=["residual", "seconds"]).astype(int)
@@ -107,6 +107,7 @@ def short(table: pd.DataFrame) -> str:
 _COUNTS = {
     "cases": "number of cases",
     "answers": "number of answers that are not wrong",
+    "missed": "right answers about the nodes that they leave open, with a better one that leaves others open",
     "compared": "number of answers that were compared with an independent one",
     "ModelError": "cases refused, because they are not a contact problem",
     "NoContinuation": "cases whose path ends or is not unique",
