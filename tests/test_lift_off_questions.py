@@ -10,7 +10,7 @@ from frictopt.limits.safe_slip import SafeSlipModel, judged
 from orders import every_order, largest_in_order
 from separation import pulled_system, rests
 from studies.validation.fuzz.embedded import embedded
-from systems import CYCLE
+from systems import CYCLE, random_system
 
 judging = import_module("frictopt.limits.safe_slip")
 PIN = fo.LoadCycle({"fit": 1.0}, [{"Fx": -1.0}, {"Fx": 1.0}])
@@ -78,6 +78,23 @@ def test_required_friction_agrees_with_the_limit_from_both_sides():
         assert required.required <= friction * (1 + 1e-5)
         enough, less = (fo.shakedown_limit(contact, CYCLE, f, events=True).load_factor for f in (required.required, required.bound))
         assert enough >= limit.load_factor * (1 - 1e-9) > less * (1 - 1e-9)
+
+
+def test_an_uncoupled_contact_that_lifts_off_rests_from_every_start_or_from_none():
+    """The theorem: what is safe with something to spare, with events, is where all starts come to rest."""
+    followed, seed = 0, 0
+    while followed < 5:
+        rng, seed = np.random.default_rng([53, seed]), seed + 1
+        drawn = random_system(rng, 3, coupling=0.0)
+        contact = drawn.with_bonded({"cyclic": (drawn.bonded["cyclic"][0], rng.normal(size=3))})
+        limit = fo.shakedown_limit(contact, CYCLE, 0.5, events=True)
+        if limit.kind is not fo.LimitKind.FINITE or limit.events.empty:
+            continue
+        safe = fo.safe_slip(contact, CYCLE, 0.5, 0.95 * limit.load_factor, events=True)
+        starts = 2 * rng.normal(size=(3, 3))
+        assert safe.margin > 0 and all(rests(contact, CYCLE, 0.5, safe.load_factor, initial_slip=start) for start in starts)
+        assert not any(rests(contact, CYCLE, 0.5, 1.02 * limit.load_factor, initial_slip=start) for start in starts)
+        followed += 1
 
 
 @pytest.mark.slow

@@ -11,13 +11,14 @@ it came from as its limiting case, so that the load factors in between are safe 
 """
 
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 
-from ..contact import Booleans
+from ..contact import Booleans, bar_of
 from ..contact.checks import flag
 from ..errors import FrictoptError, ModelError, SolverError
 from .lift_off import LiftOff, Nodes, Order, among, with_order
@@ -51,6 +52,7 @@ def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLi
         if opened.tobytes() in tried or len(tried) > _MOST:
             return False
         tried.add(opened.tobytes())
+        bar.update()
         with suppress(FrictoptError):  # one without an answer that passes the checks is none of those known to rest
             reached = best.load_factor if counts(best) else -np.inf
             rest = None if opened.all() else with_open(task, opened)  # a contact that is open for ever is none
@@ -66,13 +68,26 @@ def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLi
         while turns and counts(best) and np.isfinite(best.load_factor) and any(gains(opened) for opened in _next_to(best)):
             pass
 
-    climb()
-    wants = len(tried) > 1
-    if wants or not closed.least <= 0:
-        for opened in _settled(task, wants, counts(best)):
-            gains(opened)
+    with _search("open nodes", lambda: best) as bar:
         climb()
+        wants = len(tried) > 1
+        if wants or not closed.least <= 0:
+            for opened in _settled(task, wants, counts(best)):
+                gains(opened)
+            climb()
     return best
+
+
+@contextmanager
+def _search(what: str, best: Callable[[], ShakedownLimit]) -> Iterator[Any]:
+    """A bar of programs; an interrupt keeps what is best then."""
+    with bar_of(True, what, "program", delay=2) as bar:
+        try:
+            yield bar
+        except KeyboardInterrupt as interrupt:
+            interrupt.limit = best()  # type: ignore[attr-defined]  # no class of its own: the exit status stays Python's
+            interrupt.add_note("the best limit by then is in the attribute `limit`")
+            raise
 
 
 def _settled(task: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
@@ -132,6 +147,7 @@ def best_order(best: ShakedownLimit, of_order: Callable[[LiftOff, float], Shaked
         if pivot in tried or len(tried) >= most:
             return False
         tried.add(pivot)
+        bar.update()
         with suppress(FrictoptError):  # one without an answer that passes the checks is none of those known to rest
             asked = with_order(task, pivot, of_set)
             limit = None if asked is None else of_order(asked, best.load_factor * (1 + _GAINS))
@@ -140,8 +156,9 @@ def best_order(best: ShakedownLimit, of_order: Callable[[LiftOff, float], Shaked
                 return True
         return False
 
-    while best.load_factor < at and any(gains(pivot) for pivot in _pivots(best, order)):
-        pass
+    with _search("events", lambda: best) as bar:
+        while best.load_factor < at and any(gains(pivot) for pivot in _pivots(best, order)):
+            pass
     return best
 
 

@@ -196,7 +196,8 @@ def shakedown_limit(
     """Largest load factor at which some residual slip is safe (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987).
 
     Safe means: every node closed and stuck at every corner of the cycle, or open all through it (`ShakedownLimit.open`), with `events` also open in a
-    part of it. Which ones is searched near the settled mean load. With others, a contact may rest above it. Theory, eq. (7).
+    part of it. Which ones is searched near the settled mean load. With others, a contact may rest above it. Theory, eq. (7). A long search has a
+    progress bar; Ctrl-C stays a KeyboardInterrupt with an attribute `limit`, the best limit by then.
 
     Parameters
     ----------
