@@ -199,7 +199,7 @@ FAULTS = (
           "compiled"),
     Fault("solve/chain.py", "multipliers that lack nothing contradict", "if not lack > 0 or off / lack", "if off / lack", "compiled"),
     Fault("solve/chain.py", "rows that do not rule contradict", "if size > RESIDUAL * largest)", "if size >= 0)", "compiled own_constraints"),
-    Fault("solve/chain.py", "a growth that leaves the rows", "if found is None or found[0] > RESIDUAL:", "if found is None:",
+    Fault("solve/chain.py", "a growth that leaves the rows", "if found is None or way.violation(found[1])", "if found is None or 0 * way.violation(found[1])",
           "compiled limit_checks"),
     Fault("solve/chain.py", "a growth along which nothing grows", "if -compiled.cost @ z > 0 else None", "if True else None",
           "compiled limit_checks"),

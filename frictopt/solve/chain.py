@@ -138,11 +138,8 @@ class Chain:
     def growth(self) -> NoAnswer | None:
         """Proof that the objective of a program that has a solution grows without end: the z along which it does. None where there is none."""
         program, reduced, compiled = self.reduced.arrays, self.reduced, self._compiled
-        found = _least_excess(program, np.zeros(len(program.right)), program.cost)
-        if found is None or found[0] > RESIDUAL:
-            return None
-        way = replace(program, right=np.zeros(len(program.right)))
-        if way.violation(found[1]) > RESIDUAL * max(1.0, float(np.abs(found[1]).max(initial=0.0))):
+        found, way = _least_excess(program, np.zeros(len(program.right)), program.cost), replace(program, right=np.zeros(len(program.right)))
+        if found is None or way.violation(found[1]) > RESIDUAL * max(1.0, float(np.abs(found[1]).max(initial=0.0))):
             return None
         none = np.zeros(len(program.right))
         z = reduced.back(found[1], none)[0] - reduced.back(np.zeros_like(found[1]), none)[0]  # a direction: what is put in is affine
