@@ -379,16 +379,36 @@ def test_an_excess_needs_multipliers_that_prove_it(monkeypatch):
             assert chain.contradiction() is None
 
 
+@pytest.mark.parametrize("value", [0.0, 5.0])
+def test_an_excess_that_one_solver_gets_wrong_is_asked_of_the_next(value, monkeypatch):
+    """The first says that all unknowns and multipliers are 0, or that multipliers which do not balance prove some excess."""
+    chain, names = Chain(tiny("infeasible", True)[0], {}), []
+
+    def told(program, name, above):
+        names.append(name)
+        if len(set(names)) > 1:
+            return run(program, name, above)
+        x, y = np.zeros(len(program.cost)), np.zeros(len(program.right))
+        x[program.cost.astype(bool)] = value
+        y[np.argmin(program.right)] = value / -program.right.min()
+        return "optimal", x, y
+
+    monkeypatch.setattr(chains, "polish", lambda program, x, y: (x, y))
+    monkeypatch.setattr(chains, "run", told)
+    assert chain.contradiction() is not None and len(set(names)) > 1
+
+
+@pytest.mark.parametrize("still", [False, True])
 @pytest.mark.parametrize("proof", [0.0, 1.0])
-def test_a_way_that_leaves_the_rows_is_no_growth(proof, monkeypatch):
-    """The excess is said to be 0, as multipliers that prove nothing allow, along a way that breaks a row of a program that is bounded."""
+def test_a_way_that_leaves_the_rows_or_leads_nowhere_is_no_growth(proof, still, monkeypatch):
+    """The excess is said to be 0, as multipliers that prove nothing allow, along a way that breaks a row of a bounded program, or along none."""
     chain = Chain(tiny("feasible", True)[0], {})
     assert chain.growth() is None
 
     def told(program, proof):
         x, y, last = program.cost.astype(bool), np.zeros(len(program.right)), np.flatnonzero(program.right == -1)[0]  # the row of the objective
         y[last - 1] = proof  # of the row that says that the excess is >= 0
-        return np.where(x, 0.0, -program.matrix[[last]].toarray().ravel()), y
+        return np.where(x | still, 0.0, -program.matrix[[last]].toarray().ravel()), y
 
     monkeypatch.setattr(chains, "polish", lambda program, x, y: (x, y))
     monkeypatch.setattr(chains, "run", lies(lambda program: told(program, proof)))

@@ -137,13 +137,17 @@ class Chain:
 
     def growth(self) -> NoAnswer | None:
         """Proof that the objective of a program that has a solution grows without end: the z along which it does. None where there is none."""
-        program, reduced, compiled = self.reduced.arrays, self.reduced, self._compiled
-        found, way = _least_excess(program, np.zeros(len(program.right)), program.cost), replace(program, right=np.zeros(len(program.right)))
-        if found is None or way.violation(found[1]) > RESIDUAL * max(1.0, float(np.abs(found[1]).max(initial=0.0))):
-            return None
+        program, reduced = self.reduced.arrays, self.reduced
         none = np.zeros(len(program.right))
-        z = reduced.back(found[1], none)[0] - reduced.back(np.zeros_like(found[1]), none)[0]  # a direction: what is put in is affine
-        return NoAnswer(frozenset(), z, max(found[0], 0.0)) if -compiled.cost @ z > 0 else None
+        found = _least_excess(program, none, program.cost)
+        if found is None:
+            return None
+        along, grows = found[1], float(np.abs(program.cost).max())  # by at least half of it, whatever excess is left
+        off = replace(program, right=none).violation(along) / max(1.0, float(np.abs(along).max(initial=0.0)))
+        if off > RESIDUAL or not -program.cost @ along > grows / 2:
+            return None
+        z = reduced.back(along, none)[0] - reduced.back(np.zeros_like(along), none)[0]  # a direction: what is put in is affine
+        return NoAnswer(frozenset(), z, off)
 
 
 def _least_excess(program: Arrays, right: Array, cost: Array | None) -> tuple[float, Array, Array] | None:
