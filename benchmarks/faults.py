@@ -332,7 +332,7 @@ FAULTS = (
     Fault("limits/safe_model.py", "own rows on the slip of open nodes", "if more and task.give is not None:", "if False:", "open_nodes_own"),
     Fault("limits/safe_model.py", "threads set friction at the same time", "with self._turn:", "if True:", "models_in_threads"),
     Fault("limits/question.py", "loads of open nodes are lost", "else (r - (r @ self.give) @ self.system.S) *", "else r *", "open_nodes patterns"),
-    Fault("limits/question.py", "stiffness of open nodes counts", "left = (S - S @ (self.give @ S))", "left = S.copy()", "open_nodes"),
+    Fault("limits/question.py", "stiffness of open nodes counts", " - across.T @ (self.give[np.ix_(out, out)] @ across)", "", "open_nodes"),
     Fault("limits/question.py", "open nodes follow the other way", "u, r = u - follow,", "u, r = u + follow,", "open_nodes"),
     Fault("limits/question.py", "loads close gaps that they open", "at_zero, cyclic = (-(r @", "at_zero, cyclic = ((r @", "open_nodes"),
     Fault("limits/question.py", "slips close gaps that they open", "else -(self.give[first:]", "else (self.give[first:]", "open_nodes"),
