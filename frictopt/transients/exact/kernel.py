@@ -2,13 +2,12 @@
 
 On a segment the bonded reactions change linearly. If the status of every node is known (stick, slip, open), the rates of slip, gap and reactions
 solve one small linear system, and the state changes linearly. This ends at an event: a node reaches its friction bound, loses its pressure or
-closes. Then new statuses are found. The file has five parts:
+closes. Then new statuses are found. `tests/plain_path.py` is the same on one page of numpy: read that first. The file has four parts:
 
 1. the active set: the inverse of the stiffness of the slipping and open nodes, updated when a node joins or leaves;
 2. statuses that agree with their rates, found by iteration on the signs of the rates;
 3. a proof that these rates are unique;
-4. the path along one segment;
-5. one increment of load by Gauss-Seidel.
+4. the path along one segment.
 """
 
 # One file because numba decides by the file of the outermost function whether its compiled code is still valid. If a function or a constant were
@@ -24,8 +23,8 @@ import numpy as np
 from numba import njit
 from numba.core.event import Event, Listener, install_listener
 
-STICK, SLIP, OPEN = 0, 1, 2
-"""Statuses of a node; slip against +x is -1."""
+STICK, OPEN = 0, 2
+"""Statuses of a node; slip along +x is 1, against it -1."""
 
 DONE, UNSETTLED, STALLED, FULL = 0, 1, 2, 3
 """Results of `follow`: end of the segment; no statuses found that agree with their rates, or others may, too; too many events; the record is full."""
@@ -38,8 +37,6 @@ _RATE = 10 * _ROUNDING  # rates of slack and slip below this share of the load r
 _PIVOT = _CONDENSATION  # pivots below this share of the unknown's own stiffness may be zero: then rates are not unique, and nothing is proven
 _BLOCK = 12  # iterations that change all wrong nodes at once; later ones change only the first wrong node (Murty 1974)
 _SINGLE = 200  # of these later iterations
-_SWEEPS, _AMONG, _ROUNDS = 4, 100, 10  # of an increment at most: over all nodes, then over those that move, in turn so often
-_RELAX = 1.2  # of sweeps over the nodes that move: half as many of them
 
 
 class State(NamedTuple):
@@ -132,7 +129,7 @@ _OPTIONS = {
 }  # sums in any order take a tenth of the time
 
 
-def _entry_point(function):
+def entry_point(function):
     """Compile a function that Python calls, and keep the machine code on disk if a folder can be written."""
     try:
         return njit(cache=True, **_OPTIONS)(function)
@@ -140,7 +137,7 @@ def _entry_point(function):
         return njit(**_OPTIONS)(function)
 
 
-_inner = njit(no_cpython_wrapper=True, **_OPTIONS)
+inner = njit(no_cpython_wrapper=True, **_OPTIONS)
 """Of functions that compiled code alone calls: what would let Python call them takes a fifth of the compilation."""
 
 _once = njit(no_cpython_wrapper=True, inline="always", **_OPTIONS)
@@ -153,7 +150,7 @@ _once = njit(no_cpython_wrapper=True, inline="always", **_OPTIONS)
 # new factorisation would take n^3. `refresh` at the end of each segment corrects the rounding that such updates accumulate.
 
 
-@_inner
+@inner
 def _border(S, active, new, factor):
     """Row (`left`) and column (`right`) of a new unknown, multiplied by the inverse; returns the pivot (Schur complement)."""
     n, nodes, unknown, weight, inverse = active.size[0], len(S) // 2, active.unknown, active.weight, active.inverse
@@ -192,7 +189,7 @@ def _append(S, active, new, factor):
     return share
 
 
-@_inner
+@inner
 def _remove(active, old):
     """Remove one unknown, after a swap with the last one."""
     last = active.size[0] - 1
@@ -213,7 +210,7 @@ def _remove(active, old):
     active.size[0] = last
 
 
-@_inner
+@inner
 def _clear(size, unknown, place):
     """Remove all unknowns."""
     for a in range(size[0]):
@@ -221,7 +218,7 @@ def _clear(size, unknown, place):
     size[0] = 0
 
 
-@_inner
+@inner
 def change_statuses(S, f, status, active, wanted):
     """Give the nodes the statuses wanted: first those that stick from now on, so that the active set is smaller for the others.
 
@@ -250,7 +247,7 @@ def change_statuses(S, f, status, active, wanted):
     return least if unique else 0.0
 
 
-@_inner
+@inner
 def solve_rates(S, active, state):
     """Rates of `[v, w]` and `[q, p]` under the rate of the bonded reactions."""
     n, nodes, right = active.size[0], len(S) // 2, active.right
@@ -277,14 +274,14 @@ def solve_rates(S, active, state):
 # --- 2. Statuses that agree with their rates ---------------------------------------------------------------------------------
 
 
-@_inner
+@inner
 def _slacks(f, r, node, nodes):
     """Distances of q from the bound of slip along +x and from that of slip against it."""
     bound = f[node] * r[nodes + node]
     return bound + r[node], bound - r[node]
 
 
-@_inner
+@inner
 def _at_bound(f, u, r, gap, node, force):
     """Whether a node is at its bound for slip along +x, at that for slip against it, and at the vertex of the friction cone (no pressure, no gap)."""
     nodes = len(f)
@@ -294,50 +291,48 @@ def _at_bound(f, u, r, gap, node, force):
     return slack_forward <= small, slack_backward <= small, p <= AT_BOUND * 1e-3 * force[node] and u[nodes + node] + gap[node] <= 0.0
 
 
-@_entry_point
+@entry_point
 def at_bound(f, state, node, force):
     """`_at_bound` for Python."""
     return _at_bound(f, state.u, state.r, state.gap, node, force)
 
 
-@_inner
-def _own_least(S, load_rate, u_rate, node):
-    """Rates of a node's reactions that count as zero beside the loads that reach it; another node may bear much larger ones."""
-    nodes = len(load_rate) // 2
-    own = abs(load_rate[node]) + abs(load_rate[nodes + node])
+@inner
+def _falls(S, state, node, rate, least, own):
+    """Whether a rate of a node is negative beyond rounding.
+
+    Below `least`, a share of the largest load, it still counts if it exceeds that share of the loads that reach the node, over its `own` stiffness.
+    """
+    if rate >= 0.0 or rate < -least:
+        return rate < 0.0
+    nodes, load_rate, u_rate = len(S) // 2, state.load_rate, state.u_rate
+    reached = abs(load_rate[node]) + abs(load_rate[nodes + node])
     for k in range(2 * nodes):
         if u_rate[k] != 0.0:
-            own += abs(u_rate[k]) * (abs(S[node, k]) + abs(S[nodes + node, k]))  # S is symmetric, and its rows lie together
-    return _RATE * own
+            reached += abs(u_rate[k]) * (abs(S[node, k]) + abs(S[nodes + node, k]))  # S is symmetric, and its rows lie together
+    return rate < -_RATE * reached / own
 
 
-@_inner
-def _wanted(f, state, node, force, least_r, least_u):
-    """Status that agrees with the signs of a node's rates, the present one if that does; and whether a sign counted as zero may change it."""
+@inner
+def _wanted(S, f, state, node, force, least_r, least_u):
+    """Status that agrees with the signs of a node's rates, the present one if that does."""
     nodes, u_rate, r_rate = len(f), state.u_rate, state.r_rate
     status, p, p_rate = state.status[node], state.r[nodes + node], r_rate[nodes + node]
     if status == OPEN:
-        closes = -u_rate[nodes + node] if state.u[nodes + node] + state.gap[node] <= 0.0 else 0.0
-        return (STICK, False) if closes > least_u else (OPEN, closes > 0.0)
-    masked = False
-    if p <= AT_BOUND * 1e-3 * force[node]:
-        if p_rate < -least_r:
-            return OPEN, False
-        masked = p_rate < 0.0
+        touches = state.u[nodes + node] + state.gap[node] <= 0.0
+        return STICK if touches and _falls(S, state, node, u_rate[nodes + node], least_u, S[nodes + node, nodes + node]) else OPEN
+    if p <= AT_BOUND * 1e-3 * force[node] and _falls(S, state, node, p_rate, least_r, 1.0):
+        return OPEN
     if status != STICK:
-        turns = -status * u_rate[node] if f[node] > 0.0 else 0.0
-        return (STICK, False) if turns > least_u else (status, masked or turns > 0.0)
+        return STICK if f[node] > 0.0 and _falls(S, state, node, status * u_rate[node], least_u, S[node, node]) else status
     at_forward, at_backward, _ = _at_bound(f, state.u, state.r, state.gap, node, force)
     for sense in (1, -1):
-        if at_forward if sense == 1 else at_backward:
-            slack_rate = f[node] * p_rate + sense * r_rate[node]
-            if slack_rate < -least_r:
-                return sense, False
-            masked = masked or slack_rate < 0.0
-    return STICK, masked
+        if (at_forward if sense == 1 else at_backward) and _falls(S, state, node, f[node] * p_rate + sense * r_rate[node], least_r, 1.0):
+            return sense
+    return STICK
 
 
-@_inner
+@inner
 def find_near(f, state, force):
     """List the nodes that slip, are open or at a bound, or are hardly pressed: all others plainly stick; returns their number."""
     nodes, count, r = len(f), 0, state.r
@@ -357,7 +352,7 @@ def settle(S, f, state, active, force, known, near, least_r, least_u):
 
     `known`: the rates are those of the statuses; `near`: the number of these nodes; below `least_r` and `least_u` rates count as zero.
     """
-    nodes, status, wanted, load_rate, u_rate, not_unique = len(f), state.status, state.wanted, state.load_rate, state.u_rate, False
+    nodes, status, wanted, u_rate, not_unique = len(f), state.status, state.wanted, state.u_rate, False
     for iteration in range(_BLOCK + _SINGLE):
         if iteration > 0 or not known:
             solve_rates(S, active, state)
@@ -367,13 +362,7 @@ def settle(S, f, state, active, force, known, near, least_r, least_u):
             wanted[node] = status[node]
             if STICK != status[node] != OPEN and status[node] * u_rate[node] >= 0.0 and state.r[nodes + node] > AT_BOUND * 1e-3 * force[node]:
                 continue  # it slips the way that it moves; to ask `_wanted` costs more
-            wanted[node], masked = _wanted(f, state, node, force, least_r, least_u)
-            if masked:
-                least = _own_least(S, load_rate, u_rate, node)
-                moved = nodes + node if status[node] == OPEN else node
-                own = S[moved, moved]
-                slow = min(least / own, least_u) if own > 0.0 else least_u
-                wanted[node], _ = _wanted(f, state, node, force, min(least, least_r), slow)
+            wanted[node] = _wanted(S, f, state, node, force, least_r, least_u)
             if wanted[node] != status[node]:
                 wrong += 1
                 if iteration >= _BLOCK and wrong > 1:
@@ -414,7 +403,7 @@ def _begin(S, f, state, active):
     state.trace[1] *= 1000003
 
 
-@_inner
+@inner
 def _reactions(S, bonded, u, r):
     """Write `bonded + S u` into r (S is symmetric: its rows serve as columns)."""
     for k in range(len(r)):
@@ -447,7 +436,7 @@ def _refresh(S, f, bonded, state, active):
             r[node] = -status[node] * f[node] * r[nodes + node]
 
 
-@_entry_point
+@entry_point
 def set_statuses(S, f, state, active, status):
     """Give all nodes the statuses of a solution of the rate problem; returns whether its rates are unique."""
     _clear(active.size, active.unknown, active.place)
@@ -463,7 +452,7 @@ def set_statuses(S, f, state, active, status):
 # is so for each of its subsets: the Cholesky factor only grows when nodes begin to slip, and remains valid when they stop.
 
 
-@_inner
+@inner
 def _symmetric_entry(S, one, weight, other, other_weight):
     """Entry of the symmetric part of the rows `q + weight p`."""
     nodes = len(S) // 2
@@ -475,7 +464,7 @@ def _symmetric_entry(S, one, weight, other, other_weight):
     return entry
 
 
-@_inner
+@inner
 def _include(S, proof, unknown, weight):
     """Add an unknown to the factor; returns whether the form is positive definite with it."""
     n, L = proof.size[0], proof.inverse
@@ -615,7 +604,7 @@ def _count_changes(state):
             state.counted[node] = status
 
 
-@_entry_point
+@entry_point
 def follow(S, f, bonded, ahead, state, active, proof, force, start, begins, record):
     """Follow the path while the bonded reactions change from `bonded` to `ahead`, from time `start` on (0 to 1 on the segment).
 
@@ -675,169 +664,6 @@ def follow(S, f, bonded, ahead, state, active, proof, force, start, begins, reco
         time += step
         state.trace[0] += 1
     return STALLED, time
-
-
-# --- 5. One increment of load --------------------------------------------------------------------------------------------------
-# The motions `u = [dv, w]` of an increment have t = 1 or 2 tangential parts at each node; its reactions are `r + S (u - start)`.
-
-
-@njit(**_OPTIONS)
-def sweep(S, f, own, u, r, most, enough, relax):
-    """Gauss-Seidel on the projected law of one increment: the nodes one after the other, each with what it needs to obey it.
-
-    Nodes that stick cost nothing but a look (Jourdan, Alart & Jean 1998).
-
-    Parameters
-    ----------
-    S, f, own
-        (M, M) stiffness, (N,) coefficients of friction, (t + 1, N) positive numbers: for the tangents at least the largest stiffness of the node
-        in any tangential direction, and its normal stiffness.
-    u, r
-        (M,) slip increments and gaps, and reactions; changed in place.
-    most, enough
-        Number of sweeps at most, and the largest correction of a force with which they end.
-    relax
-        Share of what a slip lacks by which it changes: with 1 the node obeys the law then, with a little more fewer sweeps do.
-
-    Returns
-    -------
-    float
-        The largest correction of a force in the last sweep.
-    """
-    nodes, tangents, largest = len(f), len(own) - 1, np.inf
-    wanted = np.empty(tangents)
-    for _ in range(most):
-        largest = 0.0
-        for node in range(nodes):
-            k = tangents * nodes + node
-            pressed, before = r[k] - own[-1, node] * u[k], u[k]
-            u[k] = 0.0 if pressed > 0 else u[k] - r[k] / own[-1, node]
-            if u[k] != before:
-                largest = max(largest, own[-1, node] * abs(u[k] - before))
-                for j in range(len(r)):
-                    r[j] += (u[k] - before) * S[k, j]
-            bound, size = f[node] * max(r[k] - own[-1, node] * u[k], 0.0), 0.0
-            for a in range(tangents):
-                size += (r[a * nodes + node] - own[a, node] * u[a * nodes + node]) ** 2
-            share = 1.0 - bound / np.sqrt(size) if size > bound**2 else 0.0
-            for a in range(tangents):
-                before = u[a * nodes + node]
-                wanted[a] = before + relax * (share * (before - r[a * nodes + node] / own[a, node]) - before) if share > 0 else 0.0
-            for a in range(tangents):
-                k = a * nodes + node
-                before, u[k] = u[k], wanted[a]
-                if u[k] != before:
-                    largest = max(largest, own[a, node] * abs(u[k] - before))
-                    for j in range(len(r)):
-                        r[j] += (u[k] - before) * S[k, j]
-        if largest <= enough:
-            break
-    return largest
-
-
-@_inner
-def _sweep_moving(S, f, own, u, r):
-    """Sweeps over the nodes that move, among themselves: u is changed in place, r is not; returns the largest correction of the last one."""
-    axes, nodes = own.shape
-    moving = np.flatnonzero((u.reshape(axes, nodes) != 0.0).sum(axis=0))
-    part = np.concatenate((moving, moving + nodes, moving + 2 * nodes))[: axes * len(moving)].astype(np.uintp)  # without a sign: quicker
-    stiffness = np.empty((len(part), len(part)))
-    for i in range(len(part)):
-        for j in range(len(part)):
-            stiffness[i, j] = S[part[i], part[j]]
-    few, among = u[part], r[part]
-    largest = sweep(stiffness, f[moving], own[:, moving], few, among, _AMONG, 0.1 * _ROUNDING, _RELAX)
-    u[part] = few
-    return largest
-
-
-@_entry_point
-def increment(S, f, own, size, u, r, forces, status):
-    """One increment by sweeps over all nodes, then over those that move, in turn until the state obeys the law.
-
-    Parameters
-    ----------
-    S, f, own, size
-        See `sweep`, which takes `size` for its `own`: own tells sticking nodes from slipping ones, and open ones.
-    u, r
-        (M,) slip increments and gaps to begin with, and the reactions there; changed in place.
-    forces, status
-        (M,) and (N,): they take the reactions with slipping nodes exactly on their bound and open ones without any, and the statuses:
-        0 sticks, 1 slips, 2 is open.
-
-    Returns
-    -------
-    float
-        The residual of the state: the largest violation of the contact law, as `off_law` has it; inf where a number is not finite.
-    """
-    still, off = np.empty_like(r), np.inf
-    _reactions(S, r, -u, still)
-    for _ in range(_ROUNDS):
-        last = sweep(S, f, size, u, r, _SWEEPS, _ROUNDING, 1.0) <= _ROUNDING
-        last = not _sweep_moving(S, f, size, u, r) <= _ROUNDING or last
-        _reactions(S, still, u, r)
-        if _take_piece(f, own, u, r, status):
-            _reactions(S, still, u, r)
-        off = _put_on_law(f, own, u, r, forces, status)
-        if last or off <= _ROUNDING:
-            break
-    return off
-
-
-@_inner
-def _take_piece(f, own, u, r, status):
-    """Take the piece of the law at hand: statuses, and motions that it lets vanish; returns whether one has changed."""
-    nodes, tangents, changed = len(f), len(own) - 1, False
-    for node in range(nodes):
-        k = tangents * nodes + node
-        pressed = r[k] - own[-1, node] * u[k]
-        slips = _pull(own, u, r, node) > f[node] * max(pressed, 0.0)
-        status[node] = OPEN if pressed <= 0 else SLIP if slips else STICK
-        for i in range(node, len(u), nodes):
-            exact = u[i] if status[node] != STICK else 0.0
-            if i == k:
-                exact = max(u[k], 0.0) if status[node] == OPEN else 0.0
-            if exact != u[i]:
-                u[i], changed = exact, True
-    return changed
-
-
-@_inner
-def _put_on_law(f, own, u, r, forces, status):
-    """Reactions with slipping nodes on their bound and open ones without any; returns the residual of the law and of the equilibrium."""
-    nodes, tangents = len(f), len(own) - 1
-    off, total = 0.0, 0.0
-    for node in range(nodes):
-        k, pull = tangents * nodes + node, _pull(own, u, r, node)
-        bound, size, way, along = f[node] * r[k], 0.0, 0.0, 0.0
-        for i in range(node, k + 1, nodes):
-            forces[i] = r[i] if status[node] != OPEN else 0.0
-            if i != k and status[node] == SLIP:
-                forces[i] = bound * (r[i] - own[i // nodes, node] * u[i]) / pull
-            if i != k:
-                size, way, along = size + forces[i] ** 2, way + u[i] ** 2, along + u[i] * forces[i]
-            off, total = max(off, abs(forces[i] - r[i])), total + abs(forces[i]) + abs(u[i])
-        size, way, off = np.sqrt(size), np.sqrt(way), max(off, -forces[tangents * nodes + node])
-        if status[node] != OPEN:
-            off = max(off, size - bound)
-        if status[node] == SLIP and size > 0 and way > 0:
-            turned, across = 0.0, 0.0
-            for i in range(node, k, nodes):
-                turned += (forces[i] + size * u[i] / way) ** 2
-                across += (u[i] - min(along / size, 0.0) * forces[i] / size) ** 2
-            off = max(off, np.sqrt(min(turned, across)))
-        if tangents == 1 and status[node] == SLIP and r[node] > own[0, node] * u[node]:
-            status[node] = -1
-    return off if total < np.inf else np.inf
-
-
-@_inner
-def _pull(own, u, r, node):
-    """Size of the shear force that a node would have if it did not slip, `|q - d dv|`."""
-    total, nodes = 0.0, own.shape[1]
-    for a in range(len(own) - 1):
-        total += (r[a * nodes + node] - own[a, node] * u[a * nodes + node]) ** 2
-    return np.sqrt(total)
 
 
 # --- The first compilation ---------------------------------------------------------------------------------------------------

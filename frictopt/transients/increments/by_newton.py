@@ -12,10 +12,10 @@ from scipy.linalg.lapack import dpocon
 from ...contact import RESIDUAL, ROUNDING, STALLED, Array, ContactSystem, SolveRecord, joined, off_law, parted
 from ...errors import FrictoptError, SolverError
 from ..begin import OPEN
-from ..exact.kernel import increment
 from .increment import FrictionIncrement, Increment, Posed, force_scale
 from .newton import Factors, State, newton
 from .programs import FrozenBoundIncrement
+from .sweeps import increment
 
 _NEWTON = SolveRecord("NEWTON")
 _REPEATS = 0.1  # motions differ by less, over the largest, from those of the cycle before
