@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 from ..contact import REPEATED, RESIDUAL, ROUNDING, ContactState, ContactSystem, LoadCycle, Outcome, SolveRecord, bar_of, off_law, parted
 from ..contact.checks import Array, finite_number, flag, warns_of_odd_values, whole_number
 from ..errors import NoContinuation, SolverError
-from .cycles import Run, Settled
-from .judge import distance_left, returns_after
+from .classify import Settled, distance_left, returns_after
+from .cycles import Run
 from .march import path_of
 from .outcome import SteadyState
 from .stepped import SteppedPath, doubts
