@@ -15,7 +15,7 @@ from ..contact.diagnosis import pressing
 from ..contact.state import checked_state
 from ..contact.tolerances import NO_DRIVE, RESIDUAL
 from ..errors import ModelError
-from .mean_load import mean_load_diagnosis
+from .statics import mean_load_diagnosis
 
 STICK, SLIP, OPEN = 0, 1, 2
 """Statuses of a node; slip against +x in the plane is -1."""

@@ -14,7 +14,7 @@ from ..contact.parts import joined, parted
 from ..contact.result import Plotted, Shown, Table, frame
 from ..contact.tolerances import CONDENSATION, RESIDUAL, ROUNDING, SIMULTANEOUS
 from ..errors import FrictoptError, NoContinuation
-from .mean_load import unscaled_diagnosis
+from .statics import unscaled_diagnosis
 
 
 @dataclass(frozen=True, repr=False)

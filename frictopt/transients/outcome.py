@@ -11,9 +11,8 @@ from ..contact import SAME_STATE, ContactState, ContactSystem, LoadCycle, Outcom
 from ..contact.checks import Array, Booleans, finite_number, frozen, whole_number
 from ..errors import ModelError, SolverError
 from .fretting import fretting_table, worst_planes
-from .loop import LoadLoop
 from .march import amplitudes_at, march
-from .trajectory import Trajectory
+from .trajectory import LoadLoop, Trajectory
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..contact import Array, ContactSystem, whole_number
 from ..errors import ModelError, NoContinuation, SolverError
 from .begin import OPEN, STICK, Cycle, Transient
-from .sliding import check_sliding, rigid_motions
+from .statics import check_sliding, rigid_motions
 
 ENGINES = MappingProxyType({"newton": "NewtonIncrement", "qp": "FrozenBoundIncrement", "milp": "ExactIncrement"})
 """Ways to solve an increment, and the names of their classes."""

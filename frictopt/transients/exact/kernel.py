@@ -62,8 +62,8 @@ class State(NamedTuple):
         (N,) statuses that agree with the signs of the rates.
     counted
         (N,) statuses at the last update of the signature.
-    near
-        (N,) nodes that do not plainly stick, see `find_near`; the first ones are in use.
+    touch
+        (N,) bounds at which each node is, see `look`.
     trace
         (4,) number of events; signature of the changes of status, which does not depend on their order within a segment; number of events whose
         rates are not proven to be unique; number of states in the record.
@@ -81,7 +81,7 @@ class State(NamedTuple):
     load_rate: np.ndarray
     wanted: np.ndarray
     counted: np.ndarray
-    near: np.ndarray
+    touch: np.ndarray
     trace: np.ndarray
 
 
@@ -255,9 +255,8 @@ def solve_rates(S, active, state):
     for a in range(n):
         unknown = active.unknown[a]
         right[a] = load_rate[unknown] + (active.weight[a] * load_rate[nodes + unknown] if active.weight[a] != 0.0 else 0.0)
-    for k in range(2 * nodes):
-        u_rate[k] = 0.0
-        r_rate[k] = load_rate[k]
+    u_rate[:] = 0.0
+    r_rate[:] = load_rate
     for a in range(n):
         total = 0.0
         for b in range(n):
@@ -282,22 +281,6 @@ def _slacks(f, r, node, nodes):
 
 
 @inner
-def _at_bound(f, u, r, gap, node, force):
-    """Whether a node is at its bound for slip along +x, at that for slip against it, and at the vertex of the friction cone (no pressure, no gap)."""
-    nodes = len(f)
-    p = r[nodes + node]
-    slack_forward, slack_backward = _slacks(f, r, node, nodes)
-    small = AT_BOUND * (f[node] * p + 1e-3 * force[node])
-    return slack_forward <= small, slack_backward <= small, p <= AT_BOUND * 1e-3 * force[node] and u[nodes + node] + gap[node] <= 0.0
-
-
-@entry_point
-def at_bound(f, state, node, force):
-    """`_at_bound` for Python."""
-    return _at_bound(f, state.u, state.r, state.gap, node, force)
-
-
-@inner
 def _falls(S, state, node, rate, least, own):
     """Whether a rate of a node is negative beyond rounding.
 
@@ -314,61 +297,58 @@ def _falls(S, state, node, rate, least, own):
 
 
 @inner
-def _wanted(S, f, state, node, force, least_r, least_u):
+def _wanted(S, f, state, node, least_r, least_u):
     """Status that agrees with the signs of a node's rates, the present one if that does."""
-    nodes, u_rate, r_rate = len(f), state.u_rate, state.r_rate
-    status, p, p_rate = state.status[node], state.r[nodes + node], r_rate[nodes + node]
+    nodes, u_rate, r_rate, status, touch = len(f), state.u_rate, state.r_rate, state.status[node], state.touch[node]
     if status == OPEN:
-        touches = state.u[nodes + node] + state.gap[node] <= 0.0
-        return STICK if touches and _falls(S, state, node, u_rate[nodes + node], least_u, S[nodes + node, nodes + node]) else OPEN
-    if p <= AT_BOUND * 1e-3 * force[node] and _falls(S, state, node, p_rate, least_r, 1.0):
+        return STICK if touch & 8 and _falls(S, state, node, u_rate[nodes + node], least_u, S[nodes + node, nodes + node]) else OPEN
+    if touch & 4 and _falls(S, state, node, r_rate[nodes + node], least_r, 1.0):
         return OPEN
     if status != STICK:
         return STICK if f[node] > 0.0 and _falls(S, state, node, status * u_rate[node], least_u, S[node, node]) else status
-    at_forward, at_backward, _ = _at_bound(f, state.u, state.r, state.gap, node, force)
-    for sense in (1, -1):
-        if (at_forward if sense == 1 else at_backward) and _falls(S, state, node, f[node] * p_rate + sense * r_rate[node], least_r, 1.0):
+    for bit, sense in ((1, 1), (2, -1)):
+        if touch & bit and _falls(S, state, node, f[node] * r_rate[nodes + node] + sense * r_rate[node], least_r, 1.0):
             return sense
     return STICK
 
 
 @inner
-def find_near(f, state, force):
-    """List the nodes that slip, are open or at a bound, or are hardly pressed: all others plainly stick; returns their number."""
-    nodes, count, r = len(f), 0, state.r
+def look(f, state, force):
+    """Note which nodes are at a bound: 1 at that of slip along +x, 2 at that of slip against it, 4 without pressure, 8 without pressure and gap."""
+    nodes, u, r = len(f), state.u, state.r
     for node in range(nodes):
         p = r[nodes + node]
         slack_forward, slack_backward = _slacks(f, r, node, nodes)
-        off = min(slack_forward, slack_backward) > AT_BOUND * (f[node] * p + 1e-3 * force[node])
-        state.wanted[node] = state.status[node]
-        state.near[count] = node
-        count += not (state.status[node] == STICK and off and p > AT_BOUND * 1e-3 * force[node])
-    return count
+        small, bare = AT_BOUND * (f[node] * p + 1e-3 * force[node]), p <= AT_BOUND * 1e-3 * force[node]
+        bounds = 1 * (slack_forward <= small) + 2 * (slack_backward <= small) + 4 * bare
+        state.touch[node] = bounds + 8 * (bare and u[nodes + node] + state.gap[node] <= 0.0)
 
 
 @_once
-def settle(S, f, state, active, force, known, near, least_r, least_u):
-    """Iterate on the signs of the rates until the statuses of all nodes near a bound agree with them; returns whether they do, and no others may.
+def settle(S, f, state, active, known, least_r, least_u):
+    """Iterate on the signs of the rates until the statuses of all nodes at a bound agree with them; returns whether they do, and no others may.
 
-    `known`: the rates are those of the statuses; `near`: the number of these nodes; below `least_r` and `least_u` rates count as zero.
+    `known`: the rates are those of the statuses; below `least_r` and `least_u` rates count as zero.
     """
-    nodes, status, wanted, u_rate, not_unique = len(f), state.status, state.wanted, state.u_rate, False
+    status, wanted, touch, u_rate, not_unique = state.status, state.wanted, state.touch, state.u_rate, False
+    wanted[:] = status
     for iteration in range(_BLOCK + _SINGLE):
         if iteration > 0 or not known:
             solve_rates(S, active, state)
         wrong = 0
-        for place in range(near):
-            node = state.near[place]
+        for node in range(len(f)):
+            if touch[node] == 0 and status[node] == STICK:
+                continue
             wanted[node] = status[node]
-            if STICK != status[node] != OPEN and status[node] * u_rate[node] >= 0.0 and state.r[nodes + node] > AT_BOUND * 1e-3 * force[node]:
+            if STICK != status[node] != OPEN and status[node] * u_rate[node] >= 0.0 and not touch[node] & 4:
                 continue  # it slips the way that it moves; to ask `_wanted` costs more
-            wanted[node] = _wanted(S, f, state, node, force, least_r, least_u)
+            wanted[node] = _wanted(S, f, state, node, least_r, least_u)
             if wanted[node] != status[node]:
                 wrong += 1
                 if iteration >= _BLOCK and wrong > 1:
                     wanted[node] = status[node]
         if wrong == 0:
-            return not (not_unique or _may_also_slip(S, f, state, active, force, near))
+            return not (not_unique or _may_also_slip(S, f, state, active))
         share = change_statuses(S, f, status, active, wanted)
         if share == 0.0:
             return False
@@ -377,14 +357,12 @@ def settle(S, f, state, active, force, known, near, least_r, least_u):
 
 
 @_once
-def _may_also_slip(S, f, state, active, force, near):
+def _may_also_slip(S, f, state, active):
     """Whether a sticking node at its bound may also slip: its pivot if it slipped is not positive."""
-    for place in range(near):
-        node = state.near[place]
-        if state.status[node] == STICK:
-            at_forward, at_backward, _ = _at_bound(f, state.u, state.r, state.gap, node, force)
-            for sense in (1, -1):
-                if (at_forward if sense == 1 else at_backward) and _border(S, active, node, sense * f[node]) <= 0.0:
+    for node in range(len(f)):
+        if state.status[node] == STICK and state.touch[node]:
+            for bit, sense in ((1, 1), (2, -1)):
+                if state.touch[node] & bit and _border(S, active, node, sense * f[node]) <= 0.0:
                     return True
     return False
 
@@ -398,16 +376,14 @@ def _begin(S, f, state, active):
         wanted[node] = status[node] if status[node] == OPEN or f[node] == 0.0 else STICK
         status[node] = STICK
     change_statuses(S, f, status, active, wanted)
-    for node in range(len(f)):
-        state.counted[node] = status[node]
+    state.counted[:] = status
     state.trace[1] *= 1000003
 
 
 @inner
 def _reactions(S, bonded, u, r):
     """Write `bonded + S u` into r (S is symmetric: its rows serve as columns)."""
-    for k in range(len(r)):
-        r[k] = bonded[k]
+    r[:] = bonded
     for unknown in range(len(u)):
         if u[unknown] != 0.0:
             for k in range(len(r)):
@@ -440,8 +416,7 @@ def _refresh(S, f, bonded, state, active):
 def set_statuses(S, f, state, active, status):
     """Give all nodes the statuses of a solution of the rate problem; returns whether its rates are unique."""
     _clear(active.size, active.unknown, active.place)
-    for node in range(len(f)):
-        state.status[node] = STICK
+    state.status[:] = STICK
     return change_statuses(S, f, state.status, active, status) != 0.0
 
 
@@ -484,30 +459,29 @@ def _include(S, proof, unknown, weight):
 
 
 @_once
-def _extend_proof(S, f, state, force, proof, near):
+def _extend_proof(S, f, state, proof):
     nodes = len(f)
-    for k in range(near):
-        node = state.near[k]
-        status, place = state.status[node], proof.place[node]
-        at_forward, at_backward, vertex = _at_bound(f, state.u, state.r, state.gap, node, force)
-        if vertex:  # closed without pressure: it may open, or slip along +x or against it, which no quadratic form decides
+    for node in range(nodes):
+        status, touch, place = state.status[node], state.touch[node], proof.place[node]
+        if touch & 8:  # closed without pressure: it may open, or slip along +x or against it, which no quadratic form decides
             return False
-        if status != STICK or at_forward or at_backward:
-            if status != OPEN and at_forward and at_backward and f[node] > 0.0:
-                return False
-            weight = f[node] * (0 if status == OPEN else status if status != STICK else 1 if at_forward else -1)
-            if not (proof.weight[place] == weight if place >= 0 else _include(S, proof, node, weight)):
-                return False
-            if status == OPEN and proof.place[nodes + node] < 0 and not _include(S, proof, nodes + node, 0.0):
-                return False
+        if status == STICK and not touch & 3:
+            continue
+        if status != OPEN and touch & 3 == 3 and f[node] > 0.0:
+            return False
+        weight = f[node] * (0 if status == OPEN else status if status != STICK else 1 if touch & 1 else -1)
+        if not (proof.weight[place] == weight if place >= 0 else _include(S, proof, node, weight)):
+            return False
+        if status == OPEN and proof.place[nodes + node] < 0 and not _include(S, proof, nodes + node, 0.0):
+            return False
     return True
 
 
 @_once
-def prove(S, f, state, force, proof, near):
-    """Whether the rates at a state, with so many nodes near a bound, are proven to be unique; `proof` is extended in place."""
+def prove(S, f, state, proof):
+    """Whether the rates at a state are proven to be unique; `proof` is extended in place."""
     for _ in range(2):
-        if _extend_proof(S, f, state, force, proof, near):
+        if _extend_proof(S, f, state, proof):
             return True
         _clear(proof.size, proof.unknown, proof.place)  # unknowns of earlier states may be the reason
     return False
@@ -567,16 +541,11 @@ def _advance(f, bonded, time, state, step):
 
 
 @_once
-def _add_row(record, state, time):
-    row, motions, nodes = state.trace[3], len(state.u), len(state.status)
-    record[row, 0] = time
-    for k in range(motions):
-        record[row, 1 + k] = state.u[k]
-        record[row, 1 + motions + k] = state.r[k]
-    for node in range(nodes):
-        record[row, 1 + 2 * motions + node] = state.status[node]
-        record[row, 1 + 2 * motions + nodes + node] = state.work[node]
-    state.trace[3] = row + 1
+def _add_row(row, state, time):
+    m, n = len(state.u), len(state.status)
+    row[0], row[1 : 1 + m], row[1 + m : 1 + 2 * m] = time, state.u, state.r
+    row[1 + 2 * m : 1 + 2 * m + n], row[1 + 2 * m + n :] = state.status, state.work
+    state.trace[3] += 1
 
 
 @_once
@@ -642,15 +611,14 @@ def follow(S, f, bonded, ahead, state, active, proof, force, start, begins, reco
         if settled:
             solve_rates(S, active, state)
         else:
-            near = find_near(f, state, force)
-            if not settle(S, f, state, active, force, known, near, _RATE * largest, _RATE * largest / stiffness):
+            look(f, state, force)
+            if not settle(S, f, state, active, known, _RATE * largest, _RATE * largest / stiffness):
                 return UNSETTLED, time
-            if not prove(S, f, state, force, proof, near):
-                state.trace[2] += 1
+            state.trace[2] += not prove(S, f, state, proof)
         if len(record) > 0:
             if state.trace[3] == len(record):
                 return FULL, time
-            _add_row(record, state, time)
+            _add_row(record[state.trace[3]], state, time)
         settled, known = False, True
         _count_changes(state)
         step, node = _next_event(f, state, force)
@@ -672,11 +640,10 @@ def follow(S, f, bonded, ahead, state, active, proof, force, start, begins, reco
 def new_state(u: np.ndarray, r: np.ndarray, gap: np.ndarray) -> State:
     """The first state of a path, in which every node sticks; it takes over the arrays `u`, `r`, `gap`."""
     nodes = len(gap)
-    status, wanted, counted = np.zeros((3, nodes), np.int8)
+    status, wanted, counted, touch = np.zeros((4, nodes), np.int8)
     work, slid = np.zeros((2, nodes))
     u_rate, r_rate, load_rate = np.zeros((3, 2 * nodes))
-    near, trace = np.zeros(nodes, dtype=np.int64), np.zeros(4, dtype=np.int64)
-    return State(u, r, gap, status, work, slid, np.zeros(1), u_rate, r_rate, load_rate, wanted, counted, near, trace)
+    return State(u, r, gap, status, work, slid, np.zeros(1), u_rate, r_rate, load_rate, wanted, counted, touch, np.zeros(4, dtype=np.int64))
 
 
 class _Notice(Listener):  # type: ignore[misc]  # numba has no types

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg.blas import dger
 
 from ...contact import CONDENSATION, RESIDUAL, ROUNDING, Array
-from .kernel import OPEN, STICK, State, at_bound
+from .kernel import AT_BOUND, OPEN, STICK, State
 
 _PIVOT = 10 * ROUNDING  # pivots of Lemke's tableau up to this count as zero: a pivot adds its rounding to that of the entries
 _DISTINCT = 1e3 * RESIDUAL  # two solutions of a rate problem differ by more: each has errors up to the residual
@@ -70,8 +70,10 @@ def rate_problem(S: Array, f: Array, load_rate: Array, state: State, force: Arra
     """Set up the rate problem for the nodes of a state that are at a bound, under a rate of the bonded reactions."""
     nodes, pairs = len(f), list[tuple[int, int]]()
     gone, frictionless = list[int](), list[int]()  # motions that nothing bounds
-    for i in range(nodes):
-        at_forward, at_backward, vertex = at_bound(f, state, i, force)
+    q, p = state.r[:nodes], state.r[nodes:]
+    small = AT_BOUND * (f * p + 1e-3 * force)
+    bare = (p <= AT_BOUND * 1e-3 * force) & (state.u[nodes:] + state.gap <= 0)
+    for i, (at_forward, at_backward, vertex) in enumerate(zip(f * p + q <= small, f * p - q <= small, bare, strict=True)):
         if state.status[i] == OPEN and not vertex:
             gone += [i, nodes + i]
         elif f[i] == 0.0 and not vertex:

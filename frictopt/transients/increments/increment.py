@@ -18,7 +18,7 @@ from ...contact.tolerances import RESIDUAL
 from ...errors import SolverError
 from ...solve.problem import Explained
 from ..begin import HOLD, OPEN
-from ..sliding import check_sliding, rigid_motions
+from ..statics import check_sliding, rigid_motions
 from .newton import Law, State, newton
 
 _NO_FORCE = RESIDUAL  # a mean normal force below this share of the largest reaction is no scale: the error of an answer is as large
