@@ -546,7 +546,7 @@ FAULTS = (
     Fault("transients/cycles.py", "a work need not repeat", "<= RESIDUAL and len(cycles) < _MORE", "<= 1.0 and len(cycles) < _MORE", "path_*"),
     Fault("transients/steady.py", "rounding counts as slip", "max(ROUNDING * max(1.0, far), cycle.change) * path.scales", "0.0 * path.scales",
           "path_*"),
-    Fault("transients/exact/rate.py", "Lemke's answer counts as the only one", "complete = unique and bool", "complete = bool",
+    Fault("transients/exact/rate.py", "Lemke's answer counts as the only one", "(unique and bool(candidates))", "bool(candidates)",
           "path_*"),
     Fault("transients/exact/path.py", "events of the rate problem count as proven", "self.state.trace[2] += not solutions.complete", "pass",
           "path_*"),

@@ -70,22 +70,7 @@ class Cycle:
 class Transient(ABC):
     """One contact under one load cycle, from an initial slip or from an earlier state.
 
-    It begins at an artificial load that carries the initial slip with q = 0 and, at every node, p equal to the mean of |p^w| under the mean load. It
-    goes to the mean load, and then visits the corners in their order, again and again. From an earlier state, whose nodes may be open, it goes
-    straight on to the corner that comes next.
-
-    Parameters
-    ----------
-    system, cycle
-        The contact and its load cycle.
-    friction
-        Coefficient of friction, one or one per node.
-    load_factor
-        Load factor of the cycle, >= 0.
-    initial_slip
-        Slip left from assembly, (N,) or (N, 2), length; None for none.
-    initial_state
-        An earlier state, instead of a slip.
+    The way of the load, and the parameters, are those of `march`.
 
     Attributes
     ----------
@@ -96,9 +81,9 @@ class Transient(ABC):
     legs, begun
         The corners, and the loads before the first whole cycle, each with the words for the way to it.
     bonded
-        (M,) those of the present load.
+        (M,) that of the present load.
     visited
-        Number of corners visited so far; -1 until the transient reaches the mean load. An earlier state has visited those before its next corner.
+        Number of corners visited so far, from an earlier state those before its next corner, too; -1 until the transient reaches the mean load.
     nodes
         Number of node pairs, N.
     force, largest
@@ -112,15 +97,9 @@ class Transient(ABC):
     far_start
         Whether the start stresses the contact so much more than the loads do that its rounding may hide them.
     engine, steps, coarser
-        "path", 0 and none for the exact path; how increments are solved, their number from corner to corner, and that of those that tell the error
-        of `march`.
+        "path", 0 and none for the exact path; how increments are solved, and their numbers from corner to corner, of `coarser` ones to tell errors.
     started
         When it was made, for the record.
-
-    Raises
-    ------
-    ModelError
-        Bad input.
     """
 
     unit: Array
@@ -168,10 +147,7 @@ class Transient(ABC):
 
     @abstractmethod
     def follow_to(self, bonded: Array, where: str) -> Sequence[Any] | None:
-        """Follow the transient in a straight line to other bonded reactions (M,); `where` begins the error that says it ends there.
-
-        Returns the states in increments, none of the exact path.
-        """
+        """Follow the transient in a straight line to other bonded reactions (M,), `where` in words; returns the states in increments."""
 
     @abstractmethod
     def cycle_on(self, count: int) -> Cycle:
@@ -207,13 +183,7 @@ class Transient(ABC):
         return self
 
     def check_near(self, name: str, stress: ArrayLike) -> float:
-        """Check that reactions (M,) are not so large that their rounding hides the loads; return their ratio to the loads.
-
-        Raises
-        ------
-        ModelError
-            They are larger than 1e18 times the largest load.
-        """
+        """The ratio of reactions (M,) to the loads; ModelError if they are so large that their rounding hides the loads."""
         most = float(np.abs(stress).max())
         if most > _FAR * self.largest:
             raise ModelError(
@@ -231,13 +201,7 @@ class Transient(ABC):
         return "stiffnesses or loads differ too much in size"
 
     def _standing(self, begin: ContactState) -> Start:
-        """`u = [v, w - g0]`, reactions and open nodes at an earlier state.
-
-        Raises
-        ------
-        ModelError
-            It violates the contact law.
-        """
+        """`u = [v, w - g0]`, reactions and open nodes at an earlier state; ModelError if it violates the contact law."""
         system, n = self.system, self.nodes
         self.bonded, self.visited = joined(begin.bonded_q, begin.bonded_p), begin.next_corner
         u = joined(begin.slip, begin.gap - system.gap)
@@ -264,10 +228,7 @@ class Scales(NamedTuple):
 
 
 def scales(S: Array, mean: Array, corners: Array, n: int) -> Scales:
-    """Scales of a contact of n nodes with stiffness `S` (M, M) under a mean load (M,) and the loads at its corners, (K, M).
-
-    Loads that are rounding beside the largest ones of all nodes count for nothing.
-    """
+    """Scales of n nodes with stiffness `S` under a mean load (M,) and corners (K, M); loads that are rounding beside the largest count as none."""
     shape, p = (len(S) // n, n), mean[-n:]
     largest, stiffness = np.abs(corners).reshape(-1, *shape).max(axis=(0, 1)), np.diag(S).reshape(shape).mean(axis=0)
     least = NO_DRIVE * max(float(np.abs(p).mean()), float(largest.max())) or 1.0

@@ -7,21 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import (
-    CONDENSATION,
-    COUNTS,
-    RIGID,
-    ROUNDING,
-    Array,
-    ContactSystem,
-    LoadCycle,
-    checked_cycle,
-    checked_system,
-    friction_coefficients,
-    joined,
-    lengths,
-)
+from ..contact import Array, ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, joined, lengths
 from ..contact.diagnosis import open_nodes, settled
+from ..contact.tolerances import CONDENSATION, COUNTS, RIGID, ROUNDING
 from ..errors import NoContinuation, SolverError
 
 if TYPE_CHECKING:
@@ -61,11 +49,6 @@ class Statics:
 
     Where slip changes no pressure, B = 0, all states have the pressures p of the load, and v need not lift the bodies that supports press: a motion
     with `A v = 0` and `v . q^w + sum of f p |v| < 0` is the proof.
-
-    Parameters
-    ----------
-    system, friction
-        The contact and its (N,) coefficients of friction.
     """
 
     def __init__(self, system: ContactSystem, friction: Array) -> None:
@@ -174,20 +157,7 @@ class Statics:
 
 
 def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array]) -> None:
-    """Check that contact forces can balance each load, in words that name the motion if they cannot, see `Statics`.
-
-    Parameters
-    ----------
-    system, friction
-        The contact and its (N,) coefficients of friction.
-    loads
-        Name of a load -> its bonded reactions (M,).
-
-    Raises
-    ------
-    NoContinuation
-        A load has no state.
-    """
+    """Check that contact forces can balance each load, by name its bonded reactions (M,); else NoContinuation names the motion, see `Statics`."""
     statics = Statics(system, friction)
     for name, load in loads.items():
         if text := statics.told(name, load):
@@ -195,25 +165,10 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
 
 
 def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> str:
-    """Describe what is wrong with the mean load and how to correct it, or that nothing is wrong.
+    """What is wrong with the mean load and how to correct it, or that nothing is wrong: sentences joined by "; ", without a full stop.
 
-    Parameters
-    ----------
-    system, cycle
-        The contact, plane or in space, and its load cycle.
-    friction
-        Coefficient of friction, one or one per node.
-
-    Returns
-    -------
-    str
-        Sentences joined by "; ", without a full stop: whether the mean load is zero or pulls the bodies apart, which nodes it leaves open or without
-        pressure, whether it makes a body slide, turn or lift off as a whole, and which nodes are beyond their friction bound while nothing slips.
-
-    Raises
-    ------
-    ModelError
-        Bad input.
+    Whether it is zero or pulls the bodies apart, which nodes it leaves open or without pressure, whether it makes a body slide, turn or lift off as a
+    whole, and which nodes are beyond their friction bound while nothing slips.
     """
     f = friction_coefficients(friction, checked_system(system).nodes)
     glued_q, glued_p = system.reaction(checked_cycle(cycle).mean)

@@ -32,16 +32,7 @@ class Point(NamedTuple):
 
 
 class SteppedPath(Transient):
-    """States of a transient, a number of increments from corner to corner.
-
-    Parameters
-    ----------
-    engine
-        A key of `ENGINES`.
-    steps
-        Number of increments from corner to corner; None: 20.
-    asked
-        What `Transient` asks for.
+    """States of a transient by an engine of `ENGINES`, a number of increments from corner to corner (None: 20); `asked` as in `Transient`.
 
     Attributes
     ----------
@@ -72,13 +63,7 @@ class SteppedPath(Transient):
         self.state = Point(self.bonded, u, r, np.where(opened, OPEN, STICK).astype(np.int8), none, none)
 
     def follow_to(self, bonded: Array, where: str) -> list[Point]:
-        """The states on the straight way to other bonded reactions; the last one stays.
-
-        Raises
-        ------
-        NoContinuation, SolverError
-            An increment has no valid answer.
-        """
+        """The states on the straight way to other bonded reactions; the last one stays. Errors of increments say where."""
         n, points = self.nodes, list[Point]()
         loads = [*(self.state.bonded + self.shares[:-1, None] * (bonded - self.state.bonded)), bonded]
         states = self._increment.along(self.state.u, loads)

@@ -42,31 +42,13 @@ _SINGLE = 200  # of these later iterations
 class State(NamedTuple):
     """State of a path. All arrays are changed in place.
 
-    Attributes
-    ----------
-    u, r
-        (2N,) slip and opening `[v, w - g0]`, reactions `[q, p]`.
-    gap
-        (N,) initial gap.
-    status
-        (N,) 0 stick, +1 and -1 slip, 2 open.
-    work
-        (N,) work of friction so far.
-    slid
-        (N,) way slid so far while closed.
-    supplied
-        (1,) work of the loads so far: minus the integral of the bonded reactions over u.
-    u_rate, r_rate, load_rate
-        (2N,) rates of u and r, and of the bonded reactions.
-    wanted
-        (N,) statuses that agree with the signs of the rates.
-    counted
-        (N,) statuses at the last update of the signature.
-    touch
-        (N,) bounds at which each node is, see `look`.
-    trace
-        (4,) number of events; signature of the changes of status, which does not depend on their order within a segment; number of events whose
-        rates are not proven to be unique; number of states in the record.
+    `u` (2N,) is slip and opening `[v, w - g0]`, `r` (2N,) the reactions `[q, p]`, `gap` (N,) the initial gap, `status` (N,) 0 stick, +1 and -1 slip,
+    2 open. `work` and `slid` (N,) are the work of friction and the way slid while closed so far, `supplied` (1,) the work of the loads: minus the
+    integral of the bonded reactions over u. `u_rate`, `r_rate`, `load_rate` (2N,) are rates of u and r, and of the bonded reactions.
+
+    `wanted` (N,) are statuses that agree with the signs of the rates, `counted` (N,) those at the last update of the signature, `touch` (N,) the
+    bounds at which a node is, see `look`. `trace` (4,) counts events; holds a signature of the changes of status, which does not depend on their
+    order within a segment; counts events whose rates are not proven to be unique, and states in the record.
     """
 
     u: np.ndarray
@@ -88,20 +70,9 @@ class State(NamedTuple):
 class ActiveSet(NamedTuple):
     """Unknowns of the rate problem, n of them, and the inverse of their stiffness; or, as a proof, the Cholesky factor of its symmetric part.
 
-    Attributes
-    ----------
-    size
-        (1,) n.
-    unknown
-        (2N,) index of each unknown in `[v, w]`; the first n entries are in use.
-    weight
-        (2N,) factor of p' in the equation of each unknown: `sense * f` for a slipping node, 0 for an open one.
-    place
-        (2N,) position of each entry of `[v, w]` among the unknowns; -1 if it is not an unknown.
-    inverse
-        (2N, 2N) the inverse, or the factor; the leading (n, n) block is in use.
-    left, right, column
-        (2N,) room for the border of a new unknown.
+    `size` (1,) is n, `unknown` (2N,) the index of each unknown in `[v, w]`, `weight` (2N,) the factor of p' in its equation: `sense * f` for a
+    slipping node, 0 for an open one. `place` (2N,) is the position of each entry of `[v, w]` among the unknowns, or -1. `inverse` (2N, 2N) is the
+    inverse, or the factor. The leading n, or (n, n), are in use. `left`, `right`, `column` (2N,) are room for the border of a new unknown.
     """
 
     size: np.ndarray
@@ -121,12 +92,8 @@ def new_active_set(nodes: int) -> ActiveSet:
     return ActiveSet(np.zeros(1, dtype=np.int64), unknown, weight, none, np.zeros((2 * nodes, 2 * nodes)), left, right, column)
 
 
-_OPTIONS = {
-    "error_model": "numpy",
-    "no_cfunc_wrapper": True,
-    "no_rewrites": True,
-    "fastmath": {"reassoc", "contract"},
-}  # sums in any order take a tenth of the time
+_OPTIONS = {"error_model": "numpy", "no_cfunc_wrapper": True, "no_rewrites": True, "fastmath": {"reassoc", "contract"}}
+# sums in any order take a tenth of the time
 
 
 def entry_point(function):
@@ -575,29 +542,11 @@ def _count_changes(state):
 
 @entry_point
 def follow(S, f, bonded, ahead, state, active, proof, force, start, begins, record):
-    """Follow the path while the bonded reactions change from `bonded` to `ahead`, from time `start` on (0 to 1 on the segment).
+    """Follow the path while the bonded reactions (2N,) change from `bonded` to `ahead`, from time `start` on (0 to 1 on the segment).
 
-    Parameters
-    ----------
-    S, f
-        (2N, 2N) stiffness, (N,) coefficients of friction.
-    bonded, ahead
-        (2N,) bonded reactions at the beginning of the segment and at its end.
-    state, active
-        State and active set of the path; changed in place.
-    proof
-        Proof that the rates are unique; changed in place.
-    force
-        (N,) scale of the nodal forces at each node.
-    start, begins
-        Time to start at, and whether the segment begins there; else the statuses agree with the rates there already.
-    record
-        (rows, 1 + 6N) takes times, u, r, statuses and work at the events; without rows they are not recorded.
-
-    Returns
-    -------
-    code, time
-        `DONE` or the reason to stop, and the time of the stop.
+    `state`, `active` and `proof` are changed in place; `force` (N,) is the scale of the nodal forces. If the segment does not begin (`begins`) at the
+    start, the statuses agree with the rates there already. `record` (rows, 1 + 6N) takes times, u, r, statuses and work at the events; without rows
+    they are not recorded. Returns `DONE` or the reason to stop, and the time of the stop.
     """
     time, settled, load_rate, largest, stiffness = start, True, state.load_rate, 0.0, 0.0
     for k in range(len(bonded)):

@@ -26,23 +26,9 @@ def turning_corners(cycle: LoadCycle, load_factor: float = 1.0) -> list[int]:
 
 
 class ExactPath(Transient):
-    """The transient of one contact under one load cycle, from an initial slip or from an earlier state.
+    """The transient of one contact in the plane, see `Transient` for what it asks for: exactly, from event to event.
 
-    The load path is a chain of straight segments, see `Transient`. On each of them slip, gap and reactions are piecewise linear, so the path is
-    followed from event to event. There is no time step, and the only error is rounding.
-
-    Parameters
-    ----------
-    system, cycle
-        The contact and its load cycle.
-    friction
-        Coefficient of friction, one or one per node.
-    load_factor
-        Load factor of the cycle, >= 0.
-    initial_slip
-        (N,) slip left from assembly, length; None for none.
-    initial_state
-        An earlier state, instead of a slip.
+    On each straight segment of the load slip, gap and reactions are piecewise linear. There is no time step, and the only error is rounding.
 
     Attributes
     ----------
@@ -51,11 +37,6 @@ class ExactPath(Transient):
     history
         Of a path that is `recorded`: arrays of times (T,), `u` and `r` (T, 2N), statuses and work (T, N) side by side, after each event and at each
         corner. The time counts the corners visited.
-
-    Raises
-    ------
-    ModelError
-        Bad input.
 
     Examples
     --------
@@ -137,13 +118,7 @@ class ExactPath(Transient):
         return copy
 
     def follow_to(self, bonded: Array, where: str) -> None:
-        """Follow the path in a straight line to other bonded reactions (2N,).
-
-        Raises
-        ------
-        NoContinuation
-            At some load of the segment no rates obey the contact law, or more than one set of rates does.
-        """
+        """Follow the path in a straight line to other bonded reactions (2N,); NoContinuation if at some load no rates, or several, obey the law."""
         code, time, begins = UNSETTLED, 0.0, True
         seen: set[tuple[float, bytes]] = set()  # times and statuses of the rate problems
         while code != DONE:
@@ -174,25 +149,29 @@ class ExactPath(Transient):
 
     def _solve_rate_problem(self, load_rate: Array, time: float, where: str, again: bool) -> None:
         """Set the statuses to the solution of the rate problem; if the path comes to it `again` at the same time, its rates lead nowhere."""
-        from .rate import find_rates, rate_problem  # here, for few paths have such an event
+        from .rate import Solutions, find_rates, rate_problem  # here, for few paths have such an event
 
         problem = rate_problem(self._S, self.friction, load_rate, self.state, self.scales.mean)
+        solutions = Solutions([], False) if problem.floating else find_rates(problem, self.state.status)
+        nodes, free = sorted(set(problem.node.tolist())), "the contact slides or opens freely"
         if problem.floating:
-            raise NoContinuation(f"{where}: at {time:.9g} of it the contact slides or opens freely; {self.free_body(self.state.r)}")
-        solutions = find_rates(problem, self.state.status)
-        nodes = sorted(set(problem.node.tolist()))
-        here = f"{where}: at {time:.9g} of it"
-        hint = "often friction is above the critical value there (a node wedges itself where f exceeds A/|B|): lower it"
-        if problem.sliding:
-            hint = f"the body may slide or open as a whole ({self.free_body(self.state.r)}), or friction is above the critical value there"
-        if again:
-            raise NoContinuation(f"{here} the statuses of nodes {nodes} change without end; {hint}")
-        if not solutions.found:
+            why = free
+        elif again:
+            why = f"the statuses of nodes {nodes} change without end"
+        elif not solutions.found:
             proof = "no rates obey the law" if solutions.complete else "no rates that obey the law were found"
-            raise NoContinuation(f"{here} {proof}; nodes {nodes} are at their bounds and would jump; {hint}")
-        if len(solutions.found) > 1:
+            why = f"{proof}; nodes {nodes} are at their bounds and would jump"
+        elif len(solutions.found) > 1:
             both = " or ".join(str([int(status[node]) for node in nodes]) for status, _ in solutions.found)
-            raise NoContinuation(f"{here} two sets of rates obey the law: nodes {nodes} may take the statuses {both}; {hint}")
-        if not set_statuses(self._S, self.friction, self.state, self._active, solutions.found[0][0]):
-            raise NoContinuation(f"{here} the contact slides or opens freely, its rates are not unique; {self.free_body(self.state.r)}")
-        self.state.trace[2] += not solutions.complete
+            why = f"two sets of rates obey the law: nodes {nodes} may take the statuses {both}"
+        elif not set_statuses(self._S, self.friction, self.state, self._active, solutions.found[0][0]):
+            why = f"{free}, its rates are not unique"
+        else:
+            self.state.trace[2] += not solutions.complete
+            return
+        hint = "often friction is above the critical value there (a node wedges itself where f exceeds A/|B|): lower it"
+        if free in why:
+            hint = self.free_body(self.state.r)
+        elif problem.sliding:
+            hint = f"the body may slide or open as a whole ({self.free_body(self.state.r)}), or friction is above the critical value there"
+        raise NoContinuation(f"{where}: at {time:.9g} of it {why}; {hint}")

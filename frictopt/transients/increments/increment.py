@@ -87,14 +87,9 @@ def force_scale(bonded: Array, reactions: Array) -> float:
 
 
 class Posed:
-    """One increment in units of the mean normal force and of the slip that this force makes.
+    """One increment in units of the mean normal force and of the slip that this force makes; ModelError for arrays that do not fit.
 
     The unknowns are `u = [dv, w]`, slip since `slip` and total gap; the reactions `[q, p] = trial + S u`.
-
-    Raises
-    ------
-    ModelError
-        Arrays that are not finite, not real or do not fit.
     """
 
     def __init__(self, owner: "FrictionIncrement", slip: ArrayLike, bonded: Sequence[ArrayLike]) -> None:
@@ -125,15 +120,7 @@ class Posed:
 
 
 class FrictionIncrement(ABC):
-    """One friction increment after another of the same contact.
-
-    Parameters
-    ----------
-    system
-        The contact.
-    friction
-        Coefficient of friction, one or one per node.
-    """
+    """One friction increment after another of the same contact, with one or (N,) coefficients of friction."""
 
     _title: ClassVar[str] = "friction increment"
 

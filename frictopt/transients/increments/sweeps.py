@@ -49,24 +49,11 @@ def _reactions(S, still, u, r):
 def sweep(S, f, own, u, r, most, enough, relax):
     """Gauss-Seidel on the projected law of one increment: the nodes one after the other, each with what it needs to obey it.
 
-    Nodes that stick cost nothing but a look (Jourdan, Alart & Jean 1998).
-
-    Parameters
-    ----------
-    S, f, own
-        (M, M) stiffness, (N,) coefficients of friction, (t + 1, N) positive numbers: for the tangents at least the largest stiffness of the node
-        in any tangential direction, and its normal stiffness.
-    u, r
-        (M,) slip increments and gaps, and reactions; changed in place.
-    most, enough
-        Number of sweeps at most, and the largest correction of a force with which they end.
-    relax
-        Share of what a slip lacks by which it changes: with 1 the node obeys the law then, with a little more fewer sweeps do.
-
-    Returns
-    -------
-    float
-        The largest correction of a force in the last sweep.
+    Nodes that stick cost nothing but a look (Jourdan, Alart & Jean 1998). S is the stiffness (M, M), f (N,) friction. `own` (t + 1, N) are positive:
+    for the tangents at least the largest stiffness of the node in any tangential direction, and its normal stiffness. Slip increments and gaps u and
+    reactions r, (M,), are changed in place, in so many sweeps at `most`, until corrections of forces are `enough`. `relax` is the share of what a
+    slip lacks by which it changes: with 1 the node obeys the law then, with a little more fewer sweeps do. Returns the largest correction of the last
+    sweep.
     """
     nodes, tangents, largest = len(f), len(own) - 1, np.inf
     wanted = np.empty(tangents)
@@ -107,20 +94,9 @@ def _sweep_moving(S, f, own, u, r):
 def increment(S, f, own, size, u, r, forces, status):
     """One increment by sweeps over all nodes, then over those that move, in turn until the state obeys the law.
 
-    Parameters
-    ----------
-    S, f, own, size
-        See `sweep`, which takes `size` for its `own`: own tells sticking nodes from slipping ones, and open ones.
-    u, r
-        (M,) slip increments and gaps to begin with, and the reactions there; changed in place.
-    forces, status
-        (M,) and (N,): they take the reactions with slipping nodes exactly on their bound and open ones without any, and the statuses:
-        0 sticks, 1 slips, 2 is open.
-
-    Returns
-    -------
-    float
-        The residual of the state: the largest violation of the contact law, as `off_law` has it; inf where a number is not finite.
+    See `sweep`, which takes `size` for its `own`: own tells sticking nodes from slipping ones, and open ones. `forces` (M,) and `status` (N,) take
+    the reactions with slipping nodes exactly on their bound and open ones without any, and the statuses. Returns the largest violation of the contact
+    law, as `off_law` has it; inf where a number is not finite.
     """
     still, off = np.empty_like(r), np.inf
     _reactions(S, r, -u, still)
