@@ -25,8 +25,6 @@ HOLD = "hold the body by supports, press it more, or load it less"
 _FAR = 1e18  # largest initial stress over the loads: with more, rounding hides the events (1e30 gave wrong results)
 _FAR_START = 1e3  # initial stress over the loads, above which an error names it as the cause of a large residual
 
-Start = tuple[Array, Array, Booleans]
-
 
 @dataclass(frozen=True, eq=False)
 class Cycle:
@@ -127,23 +125,27 @@ class Transient(ABC):
         largest = float(np.abs(self.corners).max())
         self.force = float(np.abs(self.mean[-n:]).mean()) or largest or 1.0
         self.largest = max(self.force, largest)
-        self.length = self.largest / system.stiffness_scale
-        self.scales = scales(system.S, self.mean, np.array(self.corners), n)
+        self.length, self.scales = self.largest / system.stiffness_scale, scales(system.S, self.mean, np.array(self.corners), n)
         self.visited, self.events, self.unproven = -1, 0, 0
         self._start_name = "initial_slip" if initial_state is None else "initial_state"
         if initial_state is None:
             stress = system.S @ joined(slip, np.zeros(n))
             self._start_stress = self.check_near("initial_slip", stress)
             u, r = joined(slip, -system.gap), np.concatenate([np.zeros(len(stress) - n), np.full(n, self.force)])
-            self.bonded, self._start = r - system.S @ u, (u, r, np.zeros(n, dtype=bool))
+            self.bonded, start = r - system.S @ u, (u, r, np.zeros(n, dtype=bool))
         elif initial_slip is not None:
             raise ModelError("initial_slip, initial_state: both are given; a state has its own slip, give one of the two")
         else:
-            self._start = self._standing(checked_state("initial_state", initial_state, system, len(self.corners)))
+            start = self._standing(checked_state("initial_state", initial_state, system, len(self.corners)))
         self.far_start = self._start_stress > _FAR_START
         self.legs = [(corner, f"the segment to the corner ({name})") for corner, name in zip(self.corners, cycle.corner_names, strict=True)]
         begun = [(self.mean, "the segment from the initial slip to the mean load")]
         self.begun = begun if self.visited < 0 else self.legs[self.visited :] if self.visited > 0 else []
+        self._begin(*start)
+
+    @abstractmethod
+    def _begin(self, u: Array, r: Array, opened: Booleans) -> None:
+        """Stand at a state: `u = [v, w - g0]`, reactions, and which nodes are open."""
 
     @abstractmethod
     def follow_to(self, bonded: Array, where: str) -> Sequence[Any] | None:
@@ -200,7 +202,7 @@ class Transient(ABC):
             return f"{self._start_name}: it stresses the contact {more}, so rounding hides them; give less"
         return "stiffnesses or loads differ too much in size"
 
-    def _standing(self, begin: ContactState) -> Start:
+    def _standing(self, begin: ContactState) -> tuple[Array, Array, Booleans]:
         """`u = [v, w - g0]`, reactions and open nodes at an earlier state; ModelError if it violates the contact law."""
         system, n = self.system, self.nodes
         self.bonded, self.visited = joined(begin.bonded_q, begin.bonded_p), begin.next_corner

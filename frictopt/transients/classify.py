@@ -1,4 +1,4 @@
-"""What the last cycles of a transient show, as functions of them alone: `classify` says where they have come, `limits` where they go."""
+"""What the last cycles of a transient show, as functions of them alone: `classify` says where they have come, `extrapolate` where they go."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -146,7 +146,7 @@ def returns_after(path: Transient, cycle: Cycle) -> int:
 Moves = list[tuple[Array, Array]]
 
 
-def limits(last: Sequence[Cycle]) -> Iterator[tuple[Array, Moves]]:
+def extrapolate(last: Sequence[Cycle]) -> Iterator[tuple[Array, Moves]]:
     """Where the last cycles with the same events go: limits of their affine map, and distances from it before and after a cycle, to test the map.
 
     All later states are weighted means of the limit, of the last state and of the states at these distances; the same distances close to the limit

@@ -10,7 +10,7 @@ import numpy as np
 from ..contact import PERIODIC, REPEATED, RESIDUAL, Array, Outcome, parted
 from ..errors import NoContinuation, SolverError
 from .begin import Cycle, Transient
-from .classify import LEAST, Settled, bend, classify, distance_left, fixed_point, limits, without_work, work_error, work_to_come
+from .classify import LEAST, Settled, bend, classify, distance_left, extrapolate, fixed_point, without_work, work_error, work_to_come
 
 _AFFINE = 1e-3  # largest deviation from an affine map, over the change, that is accepted: a new event changes it by more
 _WINDOW = 12  # number of last cycles that an extrapolation uses
@@ -153,7 +153,7 @@ class Run:
         """A transient at the limit of the last returns with the same events, if it is proven to be theirs, and its return.
 
         The proof has two parts. First, a return from the limit comes back to it. Second, the map of one return is affine for all later states: a
-        return from each of the states of which these are means (`limits`) ends where the affine map says.
+        return from each of the states of which these are means (`extrapolate`) ends where the affine map says.
         """
         last = self.last
         if len({cycle.events for cycle in last[-LEAST:]}) > 1 or len(last) < LEAST:
@@ -163,7 +163,7 @@ class Run:
             self.pause -= 1
             return None
         self.tried = self.pause = self.tried + 1
-        for limit, moves in limits(last):
+        for limit, moves in extrapolate(last):
             if (proof := self.path.at(limit)) is None:
                 continue
             proving = self.follow(proof)

@@ -98,24 +98,9 @@ def march(
             (bonded, u, r, status, work), error = _in_increments(path, coarse, cycles, bar.update)
         time, work = begun + np.arange(len(u)) / path.steps, np.cumsum(work, axis=0)
     (bonded_q, bonded_p), (slip, gap), (q, p) = (parted(values, system.tangents + 1) for values in (bonded, u, r))
-    trajectory = Trajectory(
-        system=system,
-        friction=frozen(path.friction),
-        cycle=cycle,
-        time=time,
-        amplitudes=amplitudes_at(system, cycle, path.load_factor, time, {}),
-        bonded_q=bonded_q,
-        bonded_p=bonded_p,
-        slip=slip,
-        gap=gap + system.gap,
-        q=q,
-        p=p,
-        status=status.astype(np.int8, copy=False),
-        work=work,
-        engine=path.engine,
-        step_error=error,
-        _seconds=perf_counter() - path.started,
-    )
+    amplitudes, kinds = amplitudes_at(system, cycle, path.load_factor, time, {}), status.astype(np.int8, copy=False)
+    state = slip, gap + system.gap, q, p, kinds, work, path.engine, error, perf_counter() - path.started
+    trajectory = Trajectory(system, frozen(path.friction), cycle, time, amplitudes, bonded_q, bonded_p, *state)
     if not trajectory.residual <= RESIDUAL:
         raise SolverError(
             f"march: the states violate the contact law or the balance of energy by {trajectory.residual:.1e} (tolerance {RESIDUAL:g}; "

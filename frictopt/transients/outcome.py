@@ -78,12 +78,8 @@ class SteadyState(Recorded, Plotted):
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
     >>> steady = fo.steady_state(rod, cycle, friction=0.5, load_factor=1.0)
-    >>> steady.to_frame()[["node", "dissipation"]].round(6)
-       node  dissipation
-    0     0          1.0
-    1     1          0.0
-    2     2          0.0
-    3     3          0.0
+    >>> steady.dissipation_per_node.round(6).tolist(), float(steady.states().slip[:, 0].max())
+    ([1.0, 0.0, 0.0, 0.0], 0.5)
     """
 
     outcome: Outcome
@@ -127,15 +123,6 @@ class SteadyState(Recorded, Plotted):
         ------
         SolverError
             They do not come back to where they began, or have another work.
-
-        Examples
-        --------
-        >>> import frictopt as fo
-        >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-        >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-        >>> states = fo.steady_state(rod, cycle, friction=0.5, load_factor=1.0).states()
-        >>> float(states.slip[:, 0].min()), float(states.slip[:, 0].max()), states.work[-1].round(6).tolist()
-        (-0.5, 0.5, [1.0, 0.0, 0.0, 0.0])
         """
         asked = self.system, self.cycle, self.friction, self.load_factor
         path = march(*asked, initial_state=self.state, cycles=self.period, steps=self.steps or None, progress=False)
@@ -154,14 +141,9 @@ class SteadyState(Recorded, Plotted):
         return self.states().displacement(case)
 
     def loop(self, case: str) -> LoadLoop:
-        """The loop of a load case over the steady cycle (both cycles, where its period is two).
+        """The loop of a load case over the steady cycle (both cycles, where its period is two), see `Trajectory.displacement`.
 
         Displacements are those at the loads. Cycles that are controlled by displacements are not followed: give the loads.
-
-        Raises
-        ------
-        ModelError, SolverError
-            See `displacement`.
         """
         return self.states().loop(case)
 
@@ -232,12 +214,10 @@ class SteadyState(Recorded, Plotted):
         >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
         >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
         >>> steady = fo.steady_state(rod, cycle, friction=0.5, load_factor=1.0)
-        >>> steady.fretting_table()[["node", "slip_range", "q_amplitude", "share", "F1_force"]].round(6)
+        >>> steady.fretting_table()[["node", "slip_range", "q_amplitude", "share", "F1_force"]].round(6).head(2)
            node  slip_range  q_amplitude  share  F1_force
         0     0         1.0          0.5    1.0       0.5
         1     1         0.0          0.5    0.0       0.0
-        2     2         0.0          0.0    0.0       0.0
-        3     3         0.0          0.0    0.0       0.0
         """
         body = whole_number("side", side, least=1, most=2)
         asked = {"findley": findley, "crossland": crossland, "fatemi_socie": fatemi_socie}

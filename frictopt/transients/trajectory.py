@@ -151,7 +151,7 @@ class Trajectory(Shown, Plotted):
     @property
     def residual(self) -> float:
         """Largest violation of the contact law over all states and, on the exact path, of the balance of energy, see `energy_error`."""
-        return max(self.verdict.residual, self.energy_residual) if self.engine == "path" else self.verdict.residual
+        return max(self.verdict.residual, self._energy_residual) if self.engine == "path" else self.verdict.residual
 
     @property
     def record(self) -> SolveRecord:
@@ -159,7 +159,7 @@ class Trajectory(Shown, Plotted):
         return SolveRecord(self.engine, (), self.residual, (), self._seconds)
 
     @cached_property
-    def energy_residual(self) -> float:
+    def _energy_residual(self) -> float:
         """Largest error of the energy balance, or negative work of friction at a node, over the largest energy: elastic, of friction, or the unit."""
         unit = self._force**2 / self.system.stiffness_scale
         scale = max(unit, float(self.energy.max()), float(self.work[-1].sum()))

@@ -49,9 +49,9 @@ class ReturnMap:
     >>> import frictopt as fo
     >>> from frictopt.transients.exact import ExactPath, return_map
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-    >>> path = ExactPath(rod, cycle, friction=0.5, load_factor=1.0).start()
-    >>> work = path.cycle_on(1).work
+    >>> path = ExactPath(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 1.0).start()
+    >>> path.follow(path.legs)
+    []
     >>> one = return_map(path)
     >>> one.locked.tolist(), (one.derivative.diagonal()[:4].round(6) + 0.0).tolist()
     ([False, True, True, True], [0.0, 1.0, 1.0, 1.0])
@@ -128,16 +128,8 @@ class _Growth:
     """Motions that begin one after the other while none stops, and how they follow from those that rest.
 
     Their equations K are factored as L U without exchange of rows. So the leading blocks of the inverse factors are those of the motions that have
-    begun first, and one factorisation serves all stretches.
-
-    Attributes
-    ----------
-    S, factor
-        (2N, 2N) stiffness, and (2N,) factor of p in the equation of each motion.
-    base
-        (2N, 2N) derivative of the motions that rest.
-    order
-        Those of u (2N,) that move, in the order in which they begin. It may grow until the factors are asked for.
+    begun first, and one factorisation serves all stretches. `factor` (2N,) is that of p in the equation of each motion, `base` (2N, 2N) the
+    derivative of those that rest. `order` are those of u (2N,) that move, as they begin; it may grow until the factors are asked for.
     """
 
     S: Array

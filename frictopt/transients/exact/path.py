@@ -1,11 +1,8 @@
 """The exact path of one transient, from corner to corner of the load cycle."""
 
-from itertools import pairwise
-
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ...contact import RESIDUAL, Array, ContactState, ContactSystem, LoadCycle, checked_plane, off_law
+from ...contact import RESIDUAL, Array, Booleans, LoadCycle, checked_plane, off_law
 from ...contact.history import turning_points
 from ...errors import NoContinuation
 from ..begin import Cycle, Transient
@@ -50,24 +47,13 @@ class ExactPath(Transient):
     (2, -0.5)
     """
 
-    def __init__(
-        self,
-        system: ContactSystem,
-        cycle: LoadCycle,
-        friction: ArrayLike,
-        load_factor: float,
-        initial_slip: ArrayLike | None = None,
-        initial_state: ContactState | None = None,
-    ) -> None:
-        super().__init__(system, cycle, friction, load_factor, initial_slip, initial_state)
+    def _begin(self, u: Array, r: Array, opened: Booleans) -> None:
         checked_plane(self.system, "follow it by march or steady_state, in increments")
-        nodes = self.nodes
-        self._S, self.unit = self.system.S, np.tile(self.scales.length, 2)
-        self.turns = turning_corners(self.cycle, self.load_factor)
         compiled()
+        nodes, self._S, self.unit = self.nodes, self.system.S, np.tile(self.scales.length, 2)
+        self.turns = turning_corners(self.cycle, self.load_factor)
         self.history: list[Array] = []
         self._active, self._proof, self._record = new_active_set(nodes), new_active_set(nodes), np.zeros((0, 1 + 6 * nodes))
-        u, r, opened = self._start
         self.state = new_state(u, r, np.array(self.system.gap))
         self.state.status[opened] = OPEN
 
@@ -80,23 +66,14 @@ class ExactPath(Transient):
         for number in self.turns * count:
             self.follow_to(*self.legs[number])
             stops.append((self.bonded, state.u.copy(), state.r.copy(), float(state.work.sum())))
-        (bonded, u, r), works = (np.array(values) for values in zip(*(stop[:3] for stop in stops), strict=True)), [stop[3] for stop in stops]
-        work, ends = state.work.copy(), (before / self.unit, u[-1] / self.unit)
+        bonded, u, r = (np.array(values) for values in zip(*(stop[:3] for stop in stops), strict=True))
+        works = np.diff([0.0, *(stop[3] for stop in stops[len(self.turns) - 1 :: len(self.turns)])]).tolist()
+        work, begin, end = state.work.copy(), before / self.unit, u[-1] / self.unit
         stress = (stress + r[-1] - bonded[-1]) / 2
         lost = abs(float(state.supplied[0] - work.sum() - stress @ (u[-1] - before)))
         scale = max(self.largest * self.length, float(work.sum()), float(np.abs(stress) @ np.abs(before)), np.finfo(float).tiny)
-        return Cycle(
-            *ends,
-            change=float(np.abs(ends[1] - ends[0]).max()),
-            work=work,
-            slid=state.slid.copy(),
-            works=[after - before for before, after in pairwise([0.0, *works[len(self.turns) - 1 :: len(self.turns)]])],
-            events=int(state.trace[1]),
-            bonded=bonded,
-            u=u,
-            r=r,
-            lost=max(lost, -float(work.min())) / scale,
-        )
+        slid, change, lost = state.slid.copy(), float(np.abs(end - begin).max()), max(lost, -float(work.min())) / scale
+        return Cycle(begin, end, change, work, slid, works, int(state.trace[1]), bonded, u, r, lost=lost)
 
     def at(self, place: Array) -> "ExactPath | None":
         """A copy at the same load with another slip and gap, (2N,), in slip scales; None if that state violates the contact law."""

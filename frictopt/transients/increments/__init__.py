@@ -4,11 +4,4 @@ from .by_newton import NewtonIncrement
 from .increment import Increment
 from .programs import ComplementarityProblem, ExactIncrement, FrozenBoundIncrement, complementarity_problem
 
-__all__ = [
-    "ComplementarityProblem",
-    "ExactIncrement",
-    "FrozenBoundIncrement",
-    "Increment",
-    "NewtonIncrement",
-    "complementarity_problem",
-]
+__all__ = ["ComplementarityProblem", "ExactIncrement", "FrozenBoundIncrement", "Increment", "NewtonIncrement", "complementarity_problem"]

@@ -31,18 +31,6 @@ class NewtonIncrement(FrictionIncrement):
     without motion, other constants of the projection are tried, last a `FrozenBoundIncrement`.
     Where several states obey the law (above the critical friction) one of them is returned. Theory, eq. (4).
 
-    Parameters
-    ----------
-    system
-        The contact, in the plane or in space.
-    friction
-        Coefficient of friction, one or one per node.
-
-    Raises
-    ------
-    ModelError
-        Bad input.
-
     Examples
     --------
     >>> import numpy as np

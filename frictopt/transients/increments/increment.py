@@ -120,7 +120,15 @@ class Posed:
 
 
 class FrictionIncrement(ABC):
-    """One friction increment after another of the same contact, with one or (N,) coefficients of friction."""
+    """One friction increment after another of the same contact.
+
+    Parameters
+    ----------
+    system
+        The contact.
+    friction
+        Coefficient of friction, one or one per node.
+    """
 
     _title: ClassVar[str] = "friction increment"
 

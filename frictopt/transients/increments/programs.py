@@ -87,18 +87,6 @@ class FrozenBoundIncrement(_ByProgram):
 
     It takes no constraints of your own: they would act as forces that the contact law does not have. Theory, eq. (11).
 
-    Parameters
-    ----------
-    system
-        The contact, in the plane or in space.
-    friction
-        Coefficient of friction, one or one per node.
-
-    Raises
-    ------
-    ModelError
-        Bad input.
-
     Examples
     --------
     >>> import frictopt as fo
