@@ -397,13 +397,8 @@ def set_statuses(S, f, state, active, status):
 @inner
 def _symmetric_entry(S, one, weight, other, other_weight):
     """Entry of the symmetric part of the rows `q + weight p`."""
-    nodes = len(S) // 2
-    entry = S[one, other]
-    if weight != 0.0:
-        entry += 0.5 * weight * S[nodes + one, other]
-    if other_weight != 0.0:
-        entry += 0.5 * other_weight * S[one, nodes + other]
-    return entry
+    entry = S[one, other] + (0.5 * weight * S[len(S) // 2 + one, other] if weight != 0.0 else 0.0)
+    return entry + (0.5 * other_weight * S[one, len(S) // 2 + other] if other_weight != 0.0 else 0.0)
 
 
 @inner

@@ -45,7 +45,7 @@ class RateProblem:
     node: np.ndarray
     kind: np.ndarray
     u_rate: Array
-    free: list[int]
+    free: np.ndarray
     floating: bool
     sliding: bool
 
@@ -69,21 +69,14 @@ class Solutions(NamedTuple):
 
 def rate_problem(S: Array, f: Array, load_rate: Array, state: State, force: Array) -> RateProblem:
     """Set up the rate problem for the nodes of a state that are at a bound, under a rate of the bonded reactions."""
-    nodes, pairs = len(f), list[tuple[int, int]]()
-    gone, frictionless = list[int](), list[int]()  # motions that nothing bounds
-    q, p = state.r[:nodes], state.r[nodes:]
-    small = AT_BOUND * (f * p + 1e-3 * force)
-    bare = (p <= AT_BOUND * 1e-3 * force) & (state.u[nodes:] + state.gap <= 0)
-    for i, (at_forward, at_backward, vertex) in enumerate(zip(f * p + q <= small, f * p - q <= small, bare, strict=True)):
-        if state.status[i] == OPEN and not vertex:
-            gone += [i, nodes + i]
-        elif f[i] == 0.0 and not vertex:
-            gone.append(i)
-            frictionless.append(i)
-        else:
-            pairs += [(i, kind) for kind, touching in ((1, at_forward), (-1, at_backward), (OPEN, vertex)) if touching]
-    node, kind = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
-    opens, free = kind == OPEN, np.array(gone, dtype=np.intp)
+    nodes, q, p = len(f), *np.split(state.r, 2)
+    small, bare = AT_BOUND * (f * p + 1e-3 * force), p <= AT_BOUND * 1e-3 * force
+    vertex = bare & (state.u[nodes:] + state.gap <= 0)
+    gone = (state.status == OPEN) & ~vertex
+    smooth = (f == 0) & ~vertex & ~gone
+    node, way = np.nonzero(np.column_stack([f * p + q <= small, f * p - q <= small, vertex]) & ~(gone | smooth)[:, None])
+    kind, apart, frictionless = np.array([1, -1, OPEN])[way], np.flatnonzero(gone), np.flatnonzero(smooth)
+    opens, free = kind == OPEN, np.r_[apart, nodes + apart, frictionless]  # motions that nothing bounds
     motion, sense = np.where(opens, nodes + node, node), np.where(opens, 1, kind)
     least = CONDENSATION * float(np.abs(S).max())
     parts = (S[np.ix_(part, part)] - least * np.eye(len(part)) for part in (free, np.union1d(free, motion)))
