@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 import frictopt as fo
 from frictopt.contact.parts import joined
 from frictopt.solve.solvers import run
-from frictopt.transients.exact.kernel import sweep
+from frictopt.transients.increments.sweeps import sweep
 
 BULK = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 

@@ -12,7 +12,7 @@ from skfem import MeshHex, MeshTri
 import frictopt as fo
 from frictopt.contact.parts import joined
 from frictopt.fem import schur
-from frictopt.transients.sliding import rigid_motions
+from frictopt.transients.statics import rigid_motions
 from multipliers import by_multipliers, problem
 
 

@@ -5,7 +5,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.contact.parts import joined
-from frictopt.transients.sliding import rigid_motions
+from frictopt.transients.statics import rigid_motions
 from meshes import wedge
 from systems import PULL, linprog_limit
 

@@ -7,7 +7,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.contact.diagnosis import open_nodes, pressing
-from frictopt.transients.mean_load import mean_load_diagnosis
+from frictopt.transients.statics import mean_load_diagnosis
 from systems import system
 
 

@@ -11,9 +11,9 @@ import frictopt as fo
 from enumeration import random_increment
 from frictopt.contact.parts import joined, parted
 from frictopt.errors import NoContinuation
-from frictopt.transients.exact.kernel import increment, sweep
 from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement, NewtonIncrement, by_newton
 from frictopt.transients.increments.newton import State, newton
+from frictopt.transients.increments.sweeps import increment, sweep
 from spatial import random_contact
 from systems import SEEDS, random_system
 

@@ -170,7 +170,7 @@ def test_a_fixed_point_that_cycles_leave_is_not_their_limit():
 def test_small_changes_that_hardly_shrink_are_no_end():
     """Changes of 1e-10 a cycle that shrink by 1e-5 of themselves sum up to 1e-5; here no two cycles have the same events."""
     run = Run(Mapped(lambda x: (1 - 1e-5) * x, 1e-5, events=lambda x: hash(x)), 50)
-    with pytest.raises(fo.NoContinuation, match="within most_cycles = 50"):
+    with pytest.raises(fo.NoContinuation, match="of most_cycles = 50"):
         run.settled()
     assert run.last[-1].change < 1.1e-10
 
@@ -190,7 +190,7 @@ def test_more_cycles_cannot_help_a_drift_only_if_it_is_the_same_after_all_of_the
     for most, on in ((9, for_two_cycles), (2000, for_all), (7, False)):
         run = Run(path.at(np.zeros(2)), most)
         run.last = [run.follow(run.path) for _ in range(7)]
-        assert bool(run.drifts_on()) == on
+        assert bool(run._drifts_on()) == on
 
 
 def test_work_that_is_lost_is_an_error(punch, paper_cycle, monkeypatch):

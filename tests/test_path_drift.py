@@ -43,7 +43,7 @@ def test_a_drift_is_named_at_once_and_goes_on_as_said(rolling):
     most = 400
     with pytest.raises(fo.NoContinuation, match="guide it by a Support") as told:
         fo.steady_state(rolling, CYCLE, FRICTION, LOAD_FACTOR, most_cycles=most)
-    said = re.search(r"within (\d+) of .* drifts by (\S+) slip.* in (\d+) more cycles .* drifts by (\S+)$", str(told.value)).groups()
+    said = re.search(r"within (\d+) of .* changes by (\S+) slip.* in (\d+) more cycles .* drifts by (\S+)$", str(told.value)).groups()
     asked, change, left, later = (float(number) for number in said)
     states, length = drifts(rolling, most + 1)
     steps = np.abs(np.diff(states, axis=0)).max(axis=1) / length

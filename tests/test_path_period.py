@@ -6,7 +6,7 @@ from scipy.linalg import block_diag
 
 import frictopt as fo
 from frictopt import Outcome
-from frictopt.transients.judge import returns_after
+from frictopt.transients.classify import returns_after
 from studies.validation.fuzz.embedded import embedded
 from test_path_cycles import Mapped, settled
 

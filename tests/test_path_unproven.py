@@ -11,7 +11,8 @@ from systems import mirrored, odd
 
 @njit  # the kernel's own functions cannot be called from Python
 def prove(S, f, state, force, proof):
-    return kernel.prove(S, f, state, force, proof, kernel.find_near(f, state, force))
+    kernel.look(f, state, force)
+    return kernel.prove(S, f, state, proof)
 
 
 def strongly_coupled(rng, nodes):

@@ -9,7 +9,7 @@ import pytest
 import frictopt as fo
 from frictopt.contact.parts import joined
 from frictopt.fem.interface import frames_of
-from frictopt.transients.sliding import check_sliding, rigid_motions
+from frictopt.transients.statics import check_sliding, rigid_motions
 
 SCENE = fo.scenes.SquarePunch(elements=2, growth=3.0)
 

@@ -204,7 +204,7 @@ def test_what_is_known_when_cycles_run_out_is_in_the_error():
     contact, loads, friction, start = unguided(np.random.default_rng(9), 3, 2)
     problem = contact, loads, friction, 0.95 * fo.shakedown_limit(contact, loads, friction).load_factor
     path = fo.march(*problem, initial_slip=start, steps=4, cycles=3)
-    with pytest.raises(fo.NoContinuation, match=r"within most_cycles = 3 cycles \(the slip changes by") as told:
+    with pytest.raises(fo.NoContinuation, match=r"within . of most_cycles = 3 cycles \(the slip changes by") as told:
         fo.steady_state(*problem, initial_slip=start, steps=4, most_cycles=3)
     assert np.array_equal(told.value.slip, path.slip[-1]) and np.array_equal(told.value.gap, path.gap[-1])
     assert told.value.work == pytest.approx(path.cycle_work.sum(axis=1), rel=1e-12)

@@ -11,8 +11,8 @@ from ..errors import NoContinuation, SolverError
 from ..limits.question import Question
 from ..transients import SteadyState, steady_state
 from ..transients.begin import Transient
-from ..transients.cycles import Run, Settled
-from ..transients.judge import distance_left
+from ..transients.classify import Settled, distance_left
+from ..transients.cycles import Run
 from ..transients.march import path_of
 from ..transients.steady import reported
 from .ascent import Ascent

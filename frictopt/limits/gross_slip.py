@@ -28,7 +28,7 @@ from ..contact import (
 from ..errors import ModelError
 from ..solve.chain import Chain
 from ..solve.problem import Problem
-from ..transients.sliding import rigid_motions
+from ..transients.statics import rigid_motions
 from . import models
 from .gross_slip_result import GrossSlip, motion_table, moves_told
 from .programs import outer_corners

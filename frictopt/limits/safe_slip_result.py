@@ -6,7 +6,7 @@ from functools import cached_property
 import pandas as pd
 
 from ..contact import ROUNDING
-from ..transients.mean_load import unscaled_diagnosis
+from ..transients.statics import unscaled_diagnosis
 from .answered import Proven
 
 _NO_MARGIN = ROUNDING  # a margin this little below zero is zero: that of the slip at the shakedown limit

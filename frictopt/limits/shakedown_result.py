@@ -12,7 +12,7 @@ from ..contact.checks import Array, finite_number, frozen
 from ..contact.tolerances import ROUNDING
 from ..errors import ModelError, SolverError
 from ..solve.compiled import Proof
-from ..transients.mean_load import unscaled_diagnosis
+from ..transients.statics import unscaled_diagnosis
 from .answered import Rated
 from .gross_slip import gross_slip
 from .least_slip import LeastSlip, least_slip

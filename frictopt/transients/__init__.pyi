@@ -1,10 +1,9 @@
 from . import exact as exact
 from . import increments as increments
-from .loop import LoadLoop
 from .march import march
 from .onset import Onset, OnsetEvent, onset
 from .outcome import SteadyState
 from .steady import steady_state
-from .trajectory import Trajectory
+from .trajectory import LoadLoop, Trajectory
 
 __all__ = ["LoadLoop", "Onset", "OnsetEvent", "SteadyState", "Trajectory", "exact", "increments", "march", "onset", "steady_state"]

@@ -15,7 +15,7 @@ from ..contact.diagnosis import pressing
 from ..contact.state import checked_state
 from ..contact.tolerances import NO_DRIVE, RESIDUAL
 from ..errors import ModelError
-from .mean_load import mean_load_diagnosis
+from .statics import mean_load_diagnosis
 
 STICK, SLIP, OPEN = 0, 1, 2
 """Statuses of a node; slip against +x in the plane is -1."""
@@ -24,8 +24,6 @@ HOLD = "hold the body by supports, press it more, or load it less"
 
 _FAR = 1e18  # largest initial stress over the loads: with more, rounding hides the events (1e30 gave wrong results)
 _FAR_START = 1e3  # initial stress over the loads, above which an error names it as the cause of a large residual
-
-Start = tuple[Array, Array, Booleans]
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,22 +68,7 @@ class Cycle:
 class Transient(ABC):
     """One contact under one load cycle, from an initial slip or from an earlier state.
 
-    It begins at an artificial load that carries the initial slip with q = 0 and, at every node, p equal to the mean of |p^w| under the mean load. It
-    goes to the mean load, and then visits the corners in their order, again and again. From an earlier state, whose nodes may be open, it goes
-    straight on to the corner that comes next.
-
-    Parameters
-    ----------
-    system, cycle
-        The contact and its load cycle.
-    friction
-        Coefficient of friction, one or one per node.
-    load_factor
-        Load factor of the cycle, >= 0.
-    initial_slip
-        Slip left from assembly, (N,) or (N, 2), length; None for none.
-    initial_state
-        An earlier state, instead of a slip.
+    The way of the load, and the parameters, are those of `march`.
 
     Attributes
     ----------
@@ -96,9 +79,9 @@ class Transient(ABC):
     legs, begun
         The corners, and the loads before the first whole cycle, each with the words for the way to it.
     bonded
-        (M,) those of the present load.
+        (M,) that of the present load.
     visited
-        Number of corners visited so far; -1 until the transient reaches the mean load. An earlier state has visited those before its next corner.
+        Number of corners visited so far, from an earlier state those before its next corner, too; -1 until the transient reaches the mean load.
     nodes
         Number of node pairs, N.
     force, largest
@@ -112,15 +95,9 @@ class Transient(ABC):
     far_start
         Whether the start stresses the contact so much more than the loads do that its rounding may hide them.
     engine, steps, coarser
-        "path", 0 and none for the exact path; how increments are solved, their number from corner to corner, and that of those that tell the error
-        of `march`.
+        "path", 0 and none for the exact path; how increments are solved, and their numbers from corner to corner, of `coarser` ones to tell errors.
     started
         When it was made, for the record.
-
-    Raises
-    ------
-    ModelError
-        Bad input.
     """
 
     unit: Array
@@ -148,30 +125,31 @@ class Transient(ABC):
         largest = float(np.abs(self.corners).max())
         self.force = float(np.abs(self.mean[-n:]).mean()) or largest or 1.0
         self.largest = max(self.force, largest)
-        self.length = self.largest / system.stiffness_scale
-        self.scales = scales(system.S, self.mean, np.array(self.corners), n)
+        self.length, self.scales = self.largest / system.stiffness_scale, scales(system.S, self.mean, np.array(self.corners), n)
         self.visited, self.events, self.unproven = -1, 0, 0
         self._start_name = "initial_slip" if initial_state is None else "initial_state"
         if initial_state is None:
             stress = system.S @ joined(slip, np.zeros(n))
             self._start_stress = self.check_near("initial_slip", stress)
             u, r = joined(slip, -system.gap), np.concatenate([np.zeros(len(stress) - n), np.full(n, self.force)])
-            self.bonded, self._start = r - system.S @ u, (u, r, np.zeros(n, dtype=bool))
+            self.bonded, start = r - system.S @ u, (u, r, np.zeros(n, dtype=bool))
         elif initial_slip is not None:
             raise ModelError("initial_slip, initial_state: both are given; a state has its own slip, give one of the two")
         else:
-            self._start = self._standing(checked_state("initial_state", initial_state, system, len(self.corners)))
+            start = self._standing(checked_state("initial_state", initial_state, system, len(self.corners)))
         self.far_start = self._start_stress > _FAR_START
         self.legs = [(corner, f"the segment to the corner ({name})") for corner, name in zip(self.corners, cycle.corner_names, strict=True)]
         begun = [(self.mean, "the segment from the initial slip to the mean load")]
         self.begun = begun if self.visited < 0 else self.legs[self.visited :] if self.visited > 0 else []
+        self._begin(*start)
+
+    @abstractmethod
+    def _begin(self, u: Array, r: Array, opened: Booleans) -> None:
+        """Stand at a state: `u = [v, w - g0]`, reactions, and which nodes are open."""
 
     @abstractmethod
     def follow_to(self, bonded: Array, where: str) -> Sequence[Any] | None:
-        """Follow the transient in a straight line to other bonded reactions (M,); `where` begins the error that says it ends there.
-
-        Returns the states in increments, none of the exact path.
-        """
+        """Follow the transient in a straight line to other bonded reactions (M,), `where` in words; returns the states in increments."""
 
     @abstractmethod
     def cycle_on(self, count: int) -> Cycle:
@@ -207,13 +185,7 @@ class Transient(ABC):
         return self
 
     def check_near(self, name: str, stress: ArrayLike) -> float:
-        """Check that reactions (M,) are not so large that their rounding hides the loads; return their ratio to the loads.
-
-        Raises
-        ------
-        ModelError
-            They are larger than 1e18 times the largest load.
-        """
+        """The ratio of reactions (M,) to the loads; ModelError if they are so large that their rounding hides the loads."""
         most = float(np.abs(stress).max())
         if most > _FAR * self.largest:
             raise ModelError(
@@ -230,14 +202,8 @@ class Transient(ABC):
             return f"{self._start_name}: it stresses the contact {more}, so rounding hides them; give less"
         return "stiffnesses or loads differ too much in size"
 
-    def _standing(self, begin: ContactState) -> Start:
-        """`u = [v, w - g0]`, reactions and open nodes at an earlier state.
-
-        Raises
-        ------
-        ModelError
-            It violates the contact law.
-        """
+    def _standing(self, begin: ContactState) -> tuple[Array, Array, Booleans]:
+        """`u = [v, w - g0]`, reactions and open nodes at an earlier state; ModelError if it violates the contact law."""
         system, n = self.system, self.nodes
         self.bonded, self.visited = joined(begin.bonded_q, begin.bonded_p), begin.next_corner
         u = joined(begin.slip, begin.gap - system.gap)
@@ -264,10 +230,7 @@ class Scales(NamedTuple):
 
 
 def scales(S: Array, mean: Array, corners: Array, n: int) -> Scales:
-    """Scales of a contact of n nodes with stiffness `S` (M, M) under a mean load (M,) and the loads at its corners, (K, M).
-
-    Loads that are rounding beside the largest ones of all nodes count for nothing.
-    """
+    """Scales of n nodes with stiffness `S` under a mean load (M,) and corners (K, M); loads that are rounding beside the largest count as none."""
     shape, p = (len(S) // n, n), mean[-n:]
     largest, stiffness = np.abs(corners).reshape(-1, *shape).max(axis=(0, 1)), np.diag(S).reshape(shape).mean(axis=0)
     least = NO_DRIVE * max(float(np.abs(p).mean()), float(largest.max())) or 1.0

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from time import perf_counter
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -98,24 +98,9 @@ def march(
             (bonded, u, r, status, work), error = _in_increments(path, coarse, cycles, bar.update)
         time, work = begun + np.arange(len(u)) / path.steps, np.cumsum(work, axis=0)
     (bonded_q, bonded_p), (slip, gap), (q, p) = (parted(values, system.tangents + 1) for values in (bonded, u, r))
-    trajectory = Trajectory(
-        system=system,
-        friction=frozen(path.friction),
-        cycle=cycle,
-        time=time,
-        amplitudes=amplitudes_at(system, cycle, path.load_factor, time, {}),
-        bonded_q=bonded_q,
-        bonded_p=bonded_p,
-        slip=slip,
-        gap=gap + system.gap,
-        q=q,
-        p=p,
-        status=status.astype(np.int8, copy=False),
-        work=work,
-        engine=path.engine,
-        step_error=error,
-        _seconds=perf_counter() - path.started,
-    )
+    amplitudes, kinds = amplitudes_at(system, cycle, path.load_factor, time, {}), status.astype(np.int8, copy=False)
+    state = slip, gap + system.gap, q, p, kinds, work, path.engine, error, perf_counter() - path.started
+    trajectory = Trajectory(system, frozen(path.friction), cycle, time, amplitudes, bonded_q, bonded_p, *state)
     if not trajectory.residual <= RESIDUAL:
         raise SolverError(
             f"march: the states violate the contact law or the balance of energy by {trajectory.residual:.1e} (tolerance {RESIDUAL:g}; "
@@ -125,13 +110,7 @@ def march(
 
 
 def _in_increments(path: SteppedPath, coarser: Sequence[SteppedPath], cycles: int, tell: Callable[[], object]) -> tuple[list[Array], float]:
-    """Loads, `u`, reactions, status and work of the states of a transient that has not begun, and their `step_error`.
-
-    Raises
-    ------
-    NoContinuation, SolverError
-        An increment has no valid answer.
-    """
+    """Loads, `u`, reactions, status and work of the states of a transient that has not begun, and their `step_error`; errors of increments."""
 
     def followed(path: SteppedPath) -> list[Array]:
         points = [path.state, *path.follow(path.begun)]
@@ -167,20 +146,8 @@ def amplitudes_at(system: ContactSystem, cycle: LoadCycle, load_factor: float, t
     return np.array([np.interp(time, begin + np.arange(len(stops)), column) for column in np.transpose(stops)]).T
 
 
-def path_of(
-    system: ContactSystem,
-    cycle: LoadCycle,
-    friction: ArrayLike,
-    load_factor: float,
-    initial_slip: ArrayLike | None = None,
-    initial_state: ContactState | None = None,
-    *,
-    steps: int | None = None,
-    engine: object = None,
-) -> ExactPath | SteppedPath:
-    """A `Transient` that has not begun, by an engine of `march`; `steps` is the number of increments from corner to corner, None: 20.
-
-    Without an engine it is exact in the plane where no number of increments is given, else by Newton's method.
+def path_of(system: ContactSystem, *asked: Any, steps: int | None = None, engine: object = None) -> ExactPath | SteppedPath:
+    """A `Transient` that has not begun, by an engine of `march`, of a system and what else `Transient` asks for; `steps` as in `march`.
 
     Raises
     ------
@@ -197,35 +164,18 @@ def path_of(
         )
     if way == "path" and steps is not None:
         raise ModelError(f"steps: {steps}; the exact path has none, leave it out or choose an engine of increments: {', '.join(ENGINES)}")
-    asked = system, cycle, friction, load_factor, initial_slip, initial_state
-    return ExactPath(*asked) if way == "path" else SteppedPath(way, steps, *asked)
+    return ExactPath(system, *asked) if way == "path" else SteppedPath(way, steps, system, *asked)
 
 
 def mean_state(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> ContactState:
-    """Slip and gap once the mean load has come, from no slip: followed exactly in the plane, by Newton's increments in space.
-
-    Raises
-    ------
-    ModelError
-        Bad input.
-    NoContinuation, SolverError
-        Nothing holds the contact on the way, or an increment has no answer that passes the checks.
-    """
+    """Slip and gap once the mean load has come, from no slip: followed exactly in the plane, by Newton's increments in space; errors of `march`."""
     path = path_of(system, cycle, friction, 0.0).start()
     slip, _ = parted(path.state.u, system.tangents + 1)
     return ContactState(slip, _gap(path), *system.reaction(cycle.mean), next_loads=cycle.corner_names[0])
 
 
 def open_at_rest(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> Booleans:
-    """(N,) nodes that are open once the mean load of a cycle has come, from no slip.
-
-    Where friction is so high that the exact path ends at a jump, increments go beyond it.
-
-    Raises
-    ------
-    ModelError, NoContinuation, SolverError
-        See `mean_state`.
-    """
+    """(N,) nodes that are open once the mean load has come, from no slip; increments go beyond jumps, at which the exact path ends."""
     try:
         path = path_of(system, cycle, friction, 0.0).start()
     except NoContinuation as end:

@@ -14,7 +14,7 @@ from ..contact.parts import joined, parted
 from ..contact.result import Plotted, Shown, Table, frame
 from ..contact.tolerances import CONDENSATION, RESIDUAL, ROUNDING, SIMULTANEOUS
 from ..errors import FrictoptError, NoContinuation
-from .mean_load import unscaled_diagnosis
+from .statics import unscaled_diagnosis
 
 
 @dataclass(frozen=True, repr=False)
@@ -63,7 +63,7 @@ class Onset(Shown, Plotted):
     Attributes
     ----------
     slips, separations, touches
-        First slip and first separation under each of the K corners; and where nodes are open, the first touch of one.
+        First slip and first separation under each of the K corners; and the first touch of an open node.
     mean_slips, mean_opens
         Indices of the nodes at which the mean load alone, or with what is fixed at some corner, already exceeds the friction bound, or pulls. If
         there are any, the bonded contact cannot carry it; without a `state` its onset is undefined then.
@@ -152,13 +152,7 @@ class Onset(Shown, Plotted):
 
 
 def onset_from(system: ContactSystem, cycle: LoadCycle, friction: Array, state: ContactState | None = None) -> Onset:
-    """The onset of the bonded contact, or of one that stands in a state under the mean load; friction is (N,).
-
-    Raises
-    ------
-    NoContinuation
-        Nothing holds the open nodes of the state against a load.
-    """
+    """The onset of the bonded contact, or of one in a state under the mean load; NoContinuation if nothing holds its open nodes. Friction is (N,)."""
     parts, f = _rates(system, cycle, state), friction
     (q0, p0, _), corners = parts[:3], parts[3:]
     force = float(np.abs(p0).mean())

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 from ..contact import REPEATED, RESIDUAL, ROUNDING, ContactState, ContactSystem, LoadCycle, Outcome, SolveRecord, bar_of, off_law, parted
 from ..contact.checks import Array, finite_number, flag, warns_of_odd_values, whole_number
 from ..errors import NoContinuation, SolverError
-from .cycles import Run, Settled
-from .judge import distance_left, returns_after
+from .classify import Settled, distance_left, returns_after
+from .cycles import Run
 from .march import path_of
 from .outcome import SteadyState
 from .stepped import SteppedPath, doubts
@@ -40,17 +40,16 @@ def steady_state(
 ) -> SteadyState:
     """Follow a transient until its steady state is proven: exactly in the plane, in increments by Newton's method in space.
 
-    The load cycle maps the slip at its beginning to the slip at its end. As long as the events stay the same, this map is affine, and its fixed point
-    is extrapolated from the last cycles (reduced-rank extrapolation, Sidi 2017). The order of events within a segment does not count, because slip
-    zones at two edges grow side by side. The fixed point is accepted only if a cycle from it comes back to it, and if cycles from states between it
-    and the last state show that the map is affine for all states to come. The transient then goes on from it, and what is reported is what the cycles
-    from there do. In increments slips turn, and the map is not affine: there one extrapolation follows the other until a cycle comes back. Its
-    state is accepted if cycles from the transient and from between come closer to it, and if a later state of the transient leads to the same work
-    but for 3e-8 of it; `work_error` estimates what that comes to in all later cycles and is no bound. The state may come back after two cycles
-    (`period`), or its slip may drift by the same amount in each return.
+    The load cycle maps the slip at its beginning to the slip at its end. As long as the events stay the same, in any order within a segment, this map
+    is affine, and its fixed point is extrapolated from the last cycles (reduced-rank extrapolation, Sidi 2017). The extrapolated state is accepted if
+    a cycle from it returns to it, and if cycles from states between it and the last state show that the map is affine for all states to come. The
+    transient then goes on from it. In increments slips turn, and the map is not affine: one extrapolation follows the other. The state is accepted if
+    (1) a cycle from it returns to it, (2) cycles from the last state and from two states in between approach it, and (3) a later extrapolation gives
+    the same work to a relative 3e-8; `work_error` estimates what is left of that in all later cycles and is no bound. The state may come back after
+    two cycles (`period`), or its slip may drift by the same amount in each return.
 
-    Shakedown needs a slip that is safe at every corner. If nodes lift off or have no friction, a periodic state without work of
-    friction also counts (at each node at most the work of a slip of 1e-9 slip scales under its own largest pressure). Theory, eq. (14).
+    Shakedown needs a slip that is safe at every corner. If nodes lift off or have no friction, a periodic state without work of friction also counts
+    (at each node at most the work of a slip of 1e-9 slip scales under its own largest pressure). Theory, eq. (14).
 
     Parameters
     ----------
@@ -60,11 +59,8 @@ def steady_state(
         Coefficient of friction, one or one per node.
     load_factor
         Load factor, >= 0.
-    initial_slip
-        Residual slip from assembly, (N,) in the plane, (N, 2) in space, length; None: no slip.
-    initial_state
-        An earlier state, instead of a slip: `state` of a steady state, or `state_at(...)` of a trajectory. Its nodes may be open. The load goes
-        straight from that of the state to the corner that comes next, and to the end of that cycle, before the first cycle that counts.
+    initial_slip, initial_state
+        Residual slip from assembly, (N,) in the plane, (N, 2) in space, length, or an earlier state, see `march`; None: no slip.
     overload
         Load factor of one extra cycle before all others, >= 0; None: no such cycle.
     most_cycles
@@ -125,7 +121,8 @@ def _step_error(run: Run, found: Settled, early: Sequence[Array], begun: Stepped
     """Estimated error in time of the work in a steady state, over itself, from a transient `begun` at the same start in finer increments.
 
     Nodes that slip in the first cycles alone keep that slip. So finer increments follow the steady state from slips that differ from its own as those
-    after the first cycles do, `early` in all increments. What their work has yet to change when they end is extrapolated.
+    after the first cycles do, `early` in all increments. They part each increment into four, or more up to 32 from corner to corner, and the last one
+    into ever smaller ones. What their work has yet to change when they end is extrapolated.
 
     Raises
     ------

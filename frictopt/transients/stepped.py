@@ -7,10 +7,10 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact import Array, ContactSystem, whole_number
+from ..contact import Array, Booleans, ContactSystem, whole_number
 from ..errors import ModelError, NoContinuation, SolverError
 from .begin import OPEN, STICK, Cycle, Transient
-from .sliding import check_sliding, rigid_motions
+from .statics import check_sliding, rigid_motions
 
 ENGINES = MappingProxyType({"newton": "NewtonIncrement", "qp": "FrozenBoundIncrement", "milp": "ExactIncrement"})
 """Ways to solve an increment, and the names of their classes."""
@@ -32,16 +32,7 @@ class Point(NamedTuple):
 
 
 class SteppedPath(Transient):
-    """States of a transient, a number of increments from corner to corner.
-
-    Parameters
-    ----------
-    engine
-        A key of `ENGINES`.
-    steps
-        Number of increments from corner to corner; None: 20.
-    asked
-        What `Transient` asks for.
+    """States of a transient by an engine of `ENGINES`, a number of increments from corner to corner (None: 20); `asked` as in `Transient`.
 
     Attributes
     ----------
@@ -58,27 +49,21 @@ class SteppedPath(Transient):
         self.coarser = sorted({max(1, self.steps // 2), max(1, self.steps // 4)} - {self.steps}, reverse=True)
         self.shares = np.arange(1, self.steps + 1) / self.steps
         super().__init__(*asked)
+
+    def _begin(self, u: Array, r: Array, opened: Booleans) -> None:
         from . import increments  # here, because the exact path does not need cvxpy
 
-        system = self.system
+        system, none = self.system, np.zeros(self.nodes)
         self._increment = getattr(increments, ENGINES[self.engine])(system, self.friction)
         self.unit = np.tile(self.scales.length, system.tangents)
         loads = {f"the load at the corner ({name})": r for name, r in zip(self.cycle.corner_names, self.corners, strict=True)}
         check_sliding(system, self.friction, {"the mean load": self.mean} | loads)
         if not np.abs(self.mean[-self.nodes :]).max() > 0:
             raise ModelError("mean: the mean load has no normal reactions, and a transient starts from it; give `cycle.mean` a load that presses")
-        u, r, opened = self._start
-        none = np.zeros(self.nodes)
         self.state = Point(self.bonded, u, r, np.where(opened, OPEN, STICK).astype(np.int8), none, none)
 
     def follow_to(self, bonded: Array, where: str) -> list[Point]:
-        """The states on the straight way to other bonded reactions; the last one stays.
-
-        Raises
-        ------
-        NoContinuation, SolverError
-            An increment has no valid answer.
-        """
+        """The states on the straight way to other bonded reactions; the last one stays. Errors of increments say where."""
         n, points = self.nodes, list[Point]()
         loads = [*(self.state.bonded + self.shares[:-1, None] * (bonded - self.state.bonded)), bonded]
         states = self._increment.along(self.state.u, loads)
@@ -110,19 +95,9 @@ class SteppedPath(Transient):
         points = [point for leg in self.legs * count for point in self.follow_to(*leg)]
         bonded, u, r, status, work, way = (np.array(values) for values in zip(*points, strict=True))
         before, after = begin.u[: -self.nodes] / self.unit, u[-1, : -self.nodes] / self.unit
-        return Cycle(
-            before,
-            after,
-            change=float(np.abs(after - before).max()),
-            work=work.sum(axis=0),
-            slid=way.sum(axis=0),
-            works=work.reshape(count, -1).sum(axis=1).tolist(),
-            events=status.tobytes(),
-            bonded=bonded,
-            u=u,
-            r=r,
-            previous=np.concatenate([begin.u[None], u[:-1]]),
-        )
+        previous, change = np.concatenate([begin.u[None], u[:-1]]), float(np.abs(after - before).max())
+        works = work.reshape(count, -1).sum(axis=1).tolist()
+        return Cycle(before, after, change, work.sum(axis=0), way.sum(axis=0), works, status.tobytes(), bonded, u, r, previous)
 
     def at(self, place: Array) -> Self | None:
         """A copy at the same load with another slip, in slip scales, and where an increment takes it from there; None if there is no state."""

@@ -1,4 +1,4 @@
-"""The states of a transient."""
+"""The states of a transient, and the loop that a load case makes over them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..contact import ContactState, ContactSystem, LoadCycle, Plotted, Shown, SolveRecord, Table, Verdict, components, frame, joined, places, referee
-from ..contact.checks import Array, choice, frozen, whole_number
+from ..contact.checks import Array, Integers, choice, frozen, whole_number
 from ..contact.tolerances import SIMULTANEOUS
 from ..errors import ModelError
-from .loop import LoadLoop
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -22,17 +21,66 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class LoadLoop(Shown, Plotted):
+    """Amplitude and displacement of one load case at T states of a transient; on the exact path, linear between them, the loop is exact.
+
+    Attributes
+    ----------
+    case
+        Name of the load case.
+    amplitude, displacement
+        (T,) its amplitude, and its displacement, whose product with the amplitude is work, see `ContactSystem.displacements`.
+    slipping
+        (T,) number of nodes that slip: until the next event (path), or over the increment that ends here.
+    area
+        Area of the loop, force times length (per depth): the work that the load case does over these states. Over a steady cycle the areas of all
+        load cases add up to the work of friction. In increments they fall short of it, by nodes that slip in a part of an increment only.
+    stiffness
+        Secant stiffness: range of the amplitude over that of the displacement; inf where nothing moves.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0), compliance=[[0, 0], [0, 0]])
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> steady = fo.steady_state(rod, cycle, friction=0.5, load_factor=1.0)
+    >>> loop = steady.loop("force")
+    >>> round(loop.area, 9), round(steady.dissipation, 9), round(loop.stiffness, 9)  # the force moves its node by 0.5 either way
+    (1.0, 1.0, 2.0)
+    """
+
+    case: str
+    amplitude: Array
+    displacement: Array
+    slipping: Integers
+
+    @property
+    def area(self) -> float:
+        """Area of the loop, see `LoadLoop`."""
+        return float((self.amplitude[1:] + self.amplitude[:-1]) / 2 @ np.diff(self.displacement))
+
+    @property
+    def stiffness(self) -> float:
+        """Secant stiffness, see `LoadLoop`."""
+        way = np.ptp(self.displacement)
+        return float(np.ptp(self.amplitude) / way) if way > 0 else np.inf
+
+    def to_frame(self) -> Table:
+        """The DataFrame of the states: columns amplitude, displacement, slipping."""
+        return frame({name: getattr(self, name) for name in ("amplitude", "displacement", "slipping")})
+
+    def _answer(self) -> Mapping[str, object]:
+        return {"case": self.case, "states": len(self.amplitude), "area": self.area, "stiffness": self.stiffness}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(Shown, Plotted):
     """T states of a transient: one after each event of the exact path, or one after each increment.
 
     Attributes
     ----------
-    system
-        The contact.
-    friction
-        (N,) coefficients of friction.
-    cycle
-        The load cycle.
+    system, friction, cycle
+        The contact, (N,) coefficients of friction, and the load cycle.
     time
         (T,) number of corners visited: -1 at the artificial load that carries the initial slip, 0 at the mean load, k at the k-th corner, and
         linear between them. From an earlier state it begins at the number of the corner that came next.
@@ -51,12 +99,11 @@ class Trajectory(Shown, Plotted):
     work
         (T, N) work of friction so far, >= 0, force times length (per depth).
     engine
-        What computed the states: "path", "newton", "qp" or "milp".
+        "path", "newton", "qp" or "milp", see `march`.
     step_error
-        0 for the exact path. In increments, the estimated error in time of the slip at the mean load and the corners, over the slip scale: the
-        largest of the differences from what a half and a quarter of the increments give (inf where these have no answer, or there are none), and of
-        the slip that may be missed within the increments at whose ends alone the law is obeyed. Errors of contacts in a plane, whose exact path is
-        known, were at most 5 times larger; it is no bound.
+        0 for the exact path. In increments, the estimated error in time of the slip at the mean load and the corners, over the slip scale: what a
+        half and a quarter of the increments change (inf where these have no answer, or there are none), or the slip that may be missed within the
+        increments, if that is more. Errors of contacts in a plane, whose exact path is known, were at most 5 times larger; it is no bound.
 
     Examples
     --------
@@ -97,25 +144,14 @@ class Trajectory(Shown, Plotted):
     @cached_property
     def verdict(self) -> Verdict:
         """Violations of the contact law over all states, with slip since the state before; unit of force: largest mean pressure of the loads."""
-        return referee(
-            self.system,
-            (self.bonded_q, self.bonded_p),
-            self.friction,
-            v=self.slip,
-            w=self.gap,
-            q=self.q,
-            p=self.p,
-            previous_slip=np.concatenate([self.slip[:1], self.slip[:-1]]),
-            force_scale=self._force,
-        )
+        before, load = np.concatenate([self.slip[:1], self.slip[:-1]]), (self.bonded_q, self.bonded_p)
+        state = {"v": self.slip, "w": self.gap, "q": self.q, "p": self.p}
+        return referee(self.system, load, self.friction, **state, previous_slip=before, force_scale=self._force)
 
     @property
     def residual(self) -> float:
-        """Largest violation of the contact law over all states and, on the exact path, of the balance of energy.
-
-        In increments the balance of energy has an error that depends on their size, see `energy_error`.
-        """
-        return max(self.verdict.residual, self.energy_residual) if self.engine == "path" else self.verdict.residual
+        """Largest violation of the contact law over all states and, on the exact path, of the balance of energy, see `energy_error`."""
+        return max(self.verdict.residual, self._energy_residual) if self.engine == "path" else self.verdict.residual
 
     @property
     def record(self) -> SolveRecord:
@@ -123,11 +159,8 @@ class Trajectory(Shown, Plotted):
         return SolveRecord(self.engine, (), self.residual, (), self._seconds)
 
     @cached_property
-    def energy_residual(self) -> float:
-        """Largest error of the energy balance, or negative work of friction at a node, over the largest energy of the transient.
-
-        The largest energy is that of the elastic energies, the work of friction, and the force scale times the slip scale.
-        """
+    def _energy_residual(self) -> float:
+        """Largest error of the energy balance, or negative work of friction at a node, over the largest energy: elastic, of friction, or the unit."""
         unit = self._force**2 / self.system.stiffness_scale
         scale = max(unit, float(self.energy.max()), float(self.work[-1].sum()))
         return float(max(np.abs(self.energy_error).max(), -np.diff(self.work, axis=0).min(initial=0.0)) / scale)
@@ -140,9 +173,9 @@ class Trajectory(Shown, Plotted):
 
     @cached_property
     def energy_error(self) -> Array:
-        """(T,) error of the energy balance: work of friction, plus elastic energy gained, plus work against the bonded reactions.
+        """(T,) work of friction, plus elastic energy gained, plus work against the bonded reactions: rounding on the exact path.
 
-        The loads are assumed linear between states. On the exact path this holds, and the error is rounding.
+        In increments, between which the loads are not linear, the error depends on their size.
         """
         u, load = joined(self.slip, self.gap), joined(self.bonded_q, self.bonded_p)
         against = ((load[1:] + load[:-1]) / 2 * np.diff(u, axis=0)).sum(axis=1)
@@ -158,12 +191,12 @@ class Trajectory(Shown, Plotted):
         return frozen(np.diff(self.work[ends], axis=0))
 
     def state_at(self, number: int) -> ContactState:
-        """The state of a number (from the end, if negative), for another transient to start from: at the mean load or after it.
+        """The state of a number (from the end, if negative), for another transient to start from.
 
         Raises
         ------
         ModelError
-            There is no such state, or it stands on the way from the artificial load to the mean load.
+            There is no such state, or it stands before the mean load.
         """
         row = whole_number("number", number, least=-len(self.time), most=len(self.time) - 1)
         if self.time[row] < 0:
@@ -183,26 +216,24 @@ class Trajectory(Shown, Plotted):
         return frozen(self.system.displacements(self.amplitudes, self.slip, self.gap)[:, self._case(case)])
 
     def loop(self, case: str) -> LoadLoop:
-        """The loop of a load case over all states at which its amplitude is known, as one that can be drawn (`plot`).
+        """The loop of a load case over all states at which its amplitude is known.
 
         Raises
         ------
         ModelError
             See `displacement`.
         """
-        amplitude = self.amplitudes[:, self._case(case)]
+        moved, amplitude = self.displacement(case), self.amplitudes[:, self._case(case)]
         known = np.isfinite(amplitude)
-        slipping = np.count_nonzero(np.abs(self.status) == 1, axis=1)
-        return LoadLoop(case, amplitude[known], self.displacement(case)[known], slipping[known])
+        return LoadLoop(case, amplitude[known], moved[known], np.count_nonzero(np.abs(self.status) == 1, axis=1)[known])
 
     def _case(self, case: str) -> int:
-        """The place of a load case among those of the system."""
         return list(self.system.bonded).index(choice("case", case, self.system.bonded))
 
     def to_frame(self) -> Table:
         """The DataFrame of all states and nodes: columns state, time, node, x, slip, gap, q, p, status, work; in space y, z, slip1 ..
 
-        The status is a word: "stick", "slip", "open"; in the plane "slip+" along the tangent and "slip-" against it.
+        Statuses are words: "stick", "slip", "open"; in the plane "slip+" along the tangent and "slip-" against it.
         """
         states, nodes = self.gap.shape
         state, node = np.repeat(np.arange(states), nodes), np.tile(np.arange(nodes), states)
@@ -218,25 +249,23 @@ class Trajectory(Shown, Plotted):
         return np.array(words)[self.status]
 
     def plot_status(self, ax: Any = None) -> Any:
-        """Draw what each node does, stick, slip or open, over place and time; see `plot` for the argument and what may be raised."""
+        """Draw what each node does, stick, slip or open, over place and time; for the argument and errors see `plot`."""
         return import_module("frictopt.plots.draw").draw(self, ax, "status")
 
     def animate(self, path: "str | Path", frames: int = 48) -> None:
-        """Write an animation: the shear within its bounds of friction, in space the shear on the face; each node in the colour of what it does.
+        """Write an animation to a `.gif`: the shear within its bounds of friction, in space the shear on the face, from the mean load on.
 
         Parameters
         ----------
         path
-            File to be written, which ends in `.gif`.
+            File to be written.
         frames
-            Number of pictures, evenly spaced in time from the mean load or the first state on, 12 in a second.
+            Number of pictures, evenly spaced in time, 12 in a second.
 
         Raises
         ------
-        ImportError
-            matplotlib is not installed.
-        ModelError
-            Another ending, a file that cannot be written, a contact in space that one map cannot show.
+        ImportError, ModelError
+            matplotlib is not installed; another ending, a file that cannot be written, a contact in space that one map cannot show.
         """
         import_module("frictopt.plots.transients").animate(self, path, frames)
 
@@ -256,10 +285,9 @@ class Trajectory(Shown, Plotted):
         """
         import xarray as xr  # here, for it need not be installed
 
-        vectors = ("state", "node") if self.system.tangents == 1 else ("state", "node", "tangent")
-        data = {name: (vectors, getattr(self, name)) for name in ("slip", "q")}
-        data |= {name: (("state", "node"), getattr(self, name)) for name in ("gap", "p", "work")}
-        data["status"] = (("state", "node"), self._words)
+        axes = ("state", "node", "tangent")
+        data = {name: (axes[: getattr(self, name).ndim], getattr(self, name)) for name in ("slip", "gap", "q", "p", "work")}
+        data["status"] = (axes[:2], self._words)
         coordinates = {"node": np.arange(self.system.nodes), "time": ("state", self.time), "case": list(self.system.bonded)}
         coordinates |= {name: ("node", place) for name, place in places(self.system).items()}
         coordinates["amplitude"] = (("state", "case"), self.amplitudes)
@@ -267,6 +295,6 @@ class Trajectory(Shown, Plotted):
 
     def _answer(self) -> Mapping[str, object]:
         cycles = max(0, int(self.time[-1])) // len(self.cycle.corners)
-        size = {"states": len(self.time), "nodes": self.system.nodes, "cycles": cycles}
         error = {} if self.engine == "path" else {"step_error": self.step_error}
-        return {**size, "work": float(self.work[-1].sum()), "engine": self.engine, "residual": self.residual, **error}
+        answer = {"work": float(self.work[-1].sum()), "engine": self.engine, "residual": self.residual}
+        return {"states": len(self.time), "nodes": self.system.nodes, "cycles": cycles, **answer, **error}

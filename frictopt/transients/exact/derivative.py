@@ -1,13 +1,12 @@
 """One cycle of a path, and how its end and its work of friction change with the state at its beginning.
 
-Between two events the unknown motions are a fixed set a: the slips of slipping nodes, where `q + sense f p = 0`, and the slips and gaps of open ones,
-where q = p = 0. All others, b, rest. The cycle is therefore piecewise linear in the state at its beginning, and on each stretch the derivative D
-follows from that on the stretch before: the rows of b stay, and those of a solve `K_aa D_a = -K_ab D_b` with K the rows of these equations. As long
-as nodes only begin to move, the rows of b are those from before the first of them began (the base). A motion that stops at an event in the middle of
-a segment needs more: it stops where the event comes, and the event moves with the state.
+Between two events some motions a move: the slips of slipping nodes, where `q + sense f p = 0`, and the slips and gaps of open ones, where q = p = 0.
+All others, b, rest. So the cycle is piecewise linear in the state at its beginning. On each stretch the rows b of the derivative D stay, and the rows
+a solve `K_aa D_a = -K_ab D_b` with K the rows of these equations. As long as nodes only begin to move, the rows of b are those from before the first
+of them began (the base). A motion that stops within a segment stops where an event comes, and the event moves with the state.
 
-The work of friction of a cycle is that of the loads less the elastic energy gained. By parts, it is the integral of `u . dr^w` over the cycle, less
-`r . du` at its end, plus `r . du` at its beginning in the first order of a change du of the state `u = [v, w - g0]`.
+The work of friction of a cycle is that of the loads less the elastic energy gained. By parts its change in the first order of a change du of the
+state `u = [v, w - g0]` is the integral of `du . dr^w` over the cycle, less `r . du` at its end, plus `r . du` at its beginning.
 """
 
 from collections.abc import Callable
@@ -50,9 +49,9 @@ class ReturnMap:
     >>> import frictopt as fo
     >>> from frictopt.transients.exact import ExactPath, return_map
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-    >>> path = ExactPath(rod, cycle, friction=0.5, load_factor=1.0).start()
-    >>> work = path.cycle_on(1).work
+    >>> path = ExactPath(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 1.0).start()
+    >>> path.follow(path.legs)
+    []
     >>> one = return_map(path)
     >>> one.locked.tolist(), (one.derivative.diagonal()[:4].round(6) + 0.0).tolist()
     ([False, True, True, True], [0.0, 1.0, 1.0, 1.0])
@@ -84,11 +83,9 @@ def return_map(path: ExactPath) -> ReturnMap:
     >>> import frictopt as fo
     >>> from frictopt.transients.exact import ExactPath, return_map
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-    >>> path = ExactPath(rod, cycle, friction=0.5, load_factor=1.0).start()
-    >>> work = path.cycle_on(1).work
+    >>> path = ExactPath(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 1.0).start()
     >>> return_map(path).status.shape, path.visited
-    ((4, 4), 2)
+    ((4, 4), 0)
     """
     path = path.recorded()
     n, last, before, start = path.nodes, path.state.status.copy(), path.state.u.copy(), path.state.r.copy()
@@ -131,16 +128,8 @@ class _Growth:
     """Motions that begin one after the other while none stops, and how they follow from those that rest.
 
     Their equations K are factored as L U without exchange of rows. So the leading blocks of the inverse factors are those of the motions that have
-    begun first, and one factorisation serves all stretches.
-
-    Attributes
-    ----------
-    S, factor
-        (2N, 2N) stiffness, and (2N,) factor of p in the equation of each motion.
-    base
-        (2N, 2N) derivative of the motions that rest.
-    order
-        Those of u (2N,) that move, in the order in which they begin. It may grow until the factors are asked for.
+    begun first, and one factorisation serves all stretches. `factor` (2N,) is that of p in the equation of each motion, `base` (2N, 2N) the
+    derivative of those that rest. `order` are those of u (2N,) that move, as they begin; it may grow until the factors are asked for.
     """
 
     S: Array

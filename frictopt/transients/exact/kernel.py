@@ -2,13 +2,12 @@
 
 On a segment the bonded reactions change linearly. If the status of every node is known (stick, slip, open), the rates of slip, gap and reactions
 solve one small linear system, and the state changes linearly. This ends at an event: a node reaches its friction bound, loses its pressure or
-closes. Then new statuses are found. The file has five parts:
+closes. Then new statuses are found. `tests/plain_path.py` is the same on one page of numpy: read that first. The file has four parts:
 
 1. the active set: the inverse of the stiffness of the slipping and open nodes, updated when a node joins or leaves;
 2. statuses that agree with their rates, found by iteration on the signs of the rates;
 3. a proof that these rates are unique;
-4. the path along one segment;
-5. one increment of load by Gauss-Seidel.
+4. the path along one segment.
 """
 
 # One file because numba decides by the file of the outermost function whether its compiled code is still valid. If a function or a constant were
@@ -24,8 +23,8 @@ import numpy as np
 from numba import njit
 from numba.core.event import Event, Listener, install_listener
 
-STICK, SLIP, OPEN = 0, 1, 2
-"""Statuses of a node; slip against +x is -1."""
+STICK, OPEN = 0, 2
+"""Statuses of a node; slip along +x is 1, against it -1."""
 
 DONE, UNSETTLED, STALLED, FULL = 0, 1, 2, 3
 """Results of `follow`: end of the segment; no statuses found that agree with their rates, or others may, too; too many events; the record is full."""
@@ -38,38 +37,18 @@ _RATE = 10 * _ROUNDING  # rates of slack and slip below this share of the load r
 _PIVOT = _CONDENSATION  # pivots below this share of the unknown's own stiffness may be zero: then rates are not unique, and nothing is proven
 _BLOCK = 12  # iterations that change all wrong nodes at once; later ones change only the first wrong node (Murty 1974)
 _SINGLE = 200  # of these later iterations
-_SWEEPS, _AMONG, _ROUNDS = 4, 100, 10  # of an increment at most: over all nodes, then over those that move, in turn so often
-_RELAX = 1.2  # of sweeps over the nodes that move: half as many of them
 
 
 class State(NamedTuple):
     """State of a path. All arrays are changed in place.
 
-    Attributes
-    ----------
-    u, r
-        (2N,) slip and opening `[v, w - g0]`, reactions `[q, p]`.
-    gap
-        (N,) initial gap.
-    status
-        (N,) 0 stick, +1 and -1 slip, 2 open.
-    work
-        (N,) work of friction so far.
-    slid
-        (N,) way slid so far while closed.
-    supplied
-        (1,) work of the loads so far: minus the integral of the bonded reactions over u.
-    u_rate, r_rate, load_rate
-        (2N,) rates of u and r, and of the bonded reactions.
-    wanted
-        (N,) statuses that agree with the signs of the rates.
-    counted
-        (N,) statuses at the last update of the signature.
-    near
-        (N,) nodes that do not plainly stick, see `find_near`; the first ones are in use.
-    trace
-        (4,) number of events; signature of the changes of status, which does not depend on their order within a segment; number of events whose
-        rates are not proven to be unique; number of states in the record.
+    `u` (2N,) is slip and opening `[v, w - g0]`, `r` (2N,) the reactions `[q, p]`, `gap` (N,) the initial gap, `status` (N,) 0 stick, +1 and -1 slip,
+    2 open. `work` and `slid` (N,) are the work of friction and the way slid while closed so far, `supplied` (1,) the work of the loads: minus the
+    integral of the bonded reactions over u. `u_rate`, `r_rate`, `load_rate` (2N,) are rates of u and r, and of the bonded reactions.
+
+    `wanted` (N,) are statuses that agree with the signs of the rates, `counted` (N,) those at the last update of the signature, `touch` (N,) the
+    bounds at which a node is, see `look`. `trace` (4,) counts events; holds a signature of the changes of status, which does not depend on their
+    order within a segment; counts events whose rates are not proven to be unique, and states in the record.
     """
 
     u: np.ndarray
@@ -84,27 +63,16 @@ class State(NamedTuple):
     load_rate: np.ndarray
     wanted: np.ndarray
     counted: np.ndarray
-    near: np.ndarray
+    touch: np.ndarray
     trace: np.ndarray
 
 
 class ActiveSet(NamedTuple):
     """Unknowns of the rate problem, n of them, and the inverse of their stiffness; or, as a proof, the Cholesky factor of its symmetric part.
 
-    Attributes
-    ----------
-    size
-        (1,) n.
-    unknown
-        (2N,) index of each unknown in `[v, w]`; the first n entries are in use.
-    weight
-        (2N,) factor of p' in the equation of each unknown: `sense * f` for a slipping node, 0 for an open one.
-    place
-        (2N,) position of each entry of `[v, w]` among the unknowns; -1 if it is not an unknown.
-    inverse
-        (2N, 2N) the inverse, or the factor; the leading (n, n) block is in use.
-    left, right, column
-        (2N,) room for the border of a new unknown.
+    `size` (1,) is n, `unknown` (2N,) the index of each unknown in `[v, w]`, `weight` (2N,) the factor of p' in its equation: `sense * f` for a
+    slipping node, 0 for an open one. `place` (2N,) is the position of each entry of `[v, w]` among the unknowns, or -1. `inverse` (2N, 2N) is the
+    inverse, or the factor. The leading n, or (n, n), are in use. `left`, `right`, `column` (2N,) are room for the border of a new unknown.
     """
 
     size: np.ndarray
@@ -124,15 +92,11 @@ def new_active_set(nodes: int) -> ActiveSet:
     return ActiveSet(np.zeros(1, dtype=np.int64), unknown, weight, none, np.zeros((2 * nodes, 2 * nodes)), left, right, column)
 
 
-_OPTIONS = {
-    "error_model": "numpy",
-    "no_cfunc_wrapper": True,
-    "no_rewrites": True,
-    "fastmath": {"reassoc", "contract"},
-}  # sums in any order take a tenth of the time
+_OPTIONS = {"error_model": "numpy", "no_cfunc_wrapper": True, "no_rewrites": True, "fastmath": {"reassoc", "contract"}}
+# sums in any order take a tenth of the time
 
 
-def _entry_point(function):
+def entry_point(function):
     """Compile a function that Python calls, and keep the machine code on disk if a folder can be written."""
     try:
         return njit(cache=True, **_OPTIONS)(function)
@@ -140,7 +104,7 @@ def _entry_point(function):
         return njit(**_OPTIONS)(function)
 
 
-_inner = njit(no_cpython_wrapper=True, **_OPTIONS)
+inner = njit(no_cpython_wrapper=True, **_OPTIONS)
 """Of functions that compiled code alone calls: what would let Python call them takes a fifth of the compilation."""
 
 _once = njit(no_cpython_wrapper=True, inline="always", **_OPTIONS)
@@ -153,7 +117,7 @@ _once = njit(no_cpython_wrapper=True, inline="always", **_OPTIONS)
 # new factorisation would take n^3. `refresh` at the end of each segment corrects the rounding that such updates accumulate.
 
 
-@_inner
+@inner
 def _border(S, active, new, factor):
     """Row (`left`) and column (`right`) of a new unknown, multiplied by the inverse; returns the pivot (Schur complement)."""
     n, nodes, unknown, weight, inverse = active.size[0], len(S) // 2, active.unknown, active.weight, active.inverse
@@ -192,7 +156,7 @@ def _append(S, active, new, factor):
     return share
 
 
-@_inner
+@inner
 def _remove(active, old):
     """Remove one unknown, after a swap with the last one."""
     last = active.size[0] - 1
@@ -213,7 +177,7 @@ def _remove(active, old):
     active.size[0] = last
 
 
-@_inner
+@inner
 def _clear(size, unknown, place):
     """Remove all unknowns."""
     for a in range(size[0]):
@@ -221,7 +185,7 @@ def _clear(size, unknown, place):
     size[0] = 0
 
 
-@_inner
+@inner
 def change_statuses(S, f, status, active, wanted):
     """Give the nodes the statuses wanted: first those that stick from now on, so that the active set is smaller for the others.
 
@@ -250,7 +214,7 @@ def change_statuses(S, f, status, active, wanted):
     return least if unique else 0.0
 
 
-@_inner
+@inner
 def solve_rates(S, active, state):
     """Rates of `[v, w]` and `[q, p]` under the rate of the bonded reactions."""
     n, nodes, right = active.size[0], len(S) // 2, active.right
@@ -258,9 +222,8 @@ def solve_rates(S, active, state):
     for a in range(n):
         unknown = active.unknown[a]
         right[a] = load_rate[unknown] + (active.weight[a] * load_rate[nodes + unknown] if active.weight[a] != 0.0 else 0.0)
-    for k in range(2 * nodes):
-        u_rate[k] = 0.0
-        r_rate[k] = load_rate[k]
+    u_rate[:] = 0.0
+    r_rate[:] = load_rate
     for a in range(n):
         total = 0.0
         for b in range(n):
@@ -277,109 +240,82 @@ def solve_rates(S, active, state):
 # --- 2. Statuses that agree with their rates ---------------------------------------------------------------------------------
 
 
-@_inner
+@inner
 def _slacks(f, r, node, nodes):
     """Distances of q from the bound of slip along +x and from that of slip against it."""
     bound = f[node] * r[nodes + node]
     return bound + r[node], bound - r[node]
 
 
-@_inner
-def _at_bound(f, u, r, gap, node, force):
-    """Whether a node is at its bound for slip along +x, at that for slip against it, and at the vertex of the friction cone (no pressure, no gap)."""
-    nodes = len(f)
-    p = r[nodes + node]
-    slack_forward, slack_backward = _slacks(f, r, node, nodes)
-    small = AT_BOUND * (f[node] * p + 1e-3 * force[node])
-    return slack_forward <= small, slack_backward <= small, p <= AT_BOUND * 1e-3 * force[node] and u[nodes + node] + gap[node] <= 0.0
+@inner
+def _falls(S, state, node, rate, least, own):
+    """Whether a rate of a node is negative beyond rounding.
 
-
-@_entry_point
-def at_bound(f, state, node, force):
-    """`_at_bound` for Python."""
-    return _at_bound(f, state.u, state.r, state.gap, node, force)
-
-
-@_inner
-def _own_least(S, load_rate, u_rate, node):
-    """Rates of a node's reactions that count as zero beside the loads that reach it; another node may bear much larger ones."""
-    nodes = len(load_rate) // 2
-    own = abs(load_rate[node]) + abs(load_rate[nodes + node])
+    Below `least`, a share of the largest load, it still counts if it exceeds that share of the loads that reach the node, over its `own` stiffness.
+    """
+    if rate >= 0.0 or rate < -least:
+        return rate < 0.0
+    nodes, load_rate, u_rate = len(S) // 2, state.load_rate, state.u_rate
+    reached = abs(load_rate[node]) + abs(load_rate[nodes + node])
     for k in range(2 * nodes):
         if u_rate[k] != 0.0:
-            own += abs(u_rate[k]) * (abs(S[node, k]) + abs(S[nodes + node, k]))  # S is symmetric, and its rows lie together
-    return _RATE * own
+            reached += abs(u_rate[k]) * (abs(S[node, k]) + abs(S[nodes + node, k]))  # S is symmetric, and its rows lie together
+    return rate < -_RATE * reached / own
 
 
-@_inner
-def _wanted(f, state, node, force, least_r, least_u):
-    """Status that agrees with the signs of a node's rates, the present one if that does; and whether a sign counted as zero may change it."""
-    nodes, u_rate, r_rate = len(f), state.u_rate, state.r_rate
-    status, p, p_rate = state.status[node], state.r[nodes + node], r_rate[nodes + node]
+@inner
+def _wanted(S, f, state, node, least_r, least_u):
+    """Status that agrees with the signs of a node's rates, the present one if that does."""
+    nodes, u_rate, r_rate, status, touch = len(f), state.u_rate, state.r_rate, state.status[node], state.touch[node]
     if status == OPEN:
-        closes = -u_rate[nodes + node] if state.u[nodes + node] + state.gap[node] <= 0.0 else 0.0
-        return (STICK, False) if closes > least_u else (OPEN, closes > 0.0)
-    masked = False
-    if p <= AT_BOUND * 1e-3 * force[node]:
-        if p_rate < -least_r:
-            return OPEN, False
-        masked = p_rate < 0.0
+        return STICK if touch & 8 and _falls(S, state, node, u_rate[nodes + node], least_u, S[nodes + node, nodes + node]) else OPEN
+    if touch & 4 and _falls(S, state, node, r_rate[nodes + node], least_r, 1.0):
+        return OPEN
     if status != STICK:
-        turns = -status * u_rate[node] if f[node] > 0.0 else 0.0
-        return (STICK, False) if turns > least_u else (status, masked or turns > 0.0)
-    at_forward, at_backward, _ = _at_bound(f, state.u, state.r, state.gap, node, force)
-    for sense in (1, -1):
-        if at_forward if sense == 1 else at_backward:
-            slack_rate = f[node] * p_rate + sense * r_rate[node]
-            if slack_rate < -least_r:
-                return sense, False
-            masked = masked or slack_rate < 0.0
-    return STICK, masked
+        return STICK if f[node] > 0.0 and _falls(S, state, node, status * u_rate[node], least_u, S[node, node]) else status
+    for bit, sense in ((1, 1), (2, -1)):
+        if touch & bit and _falls(S, state, node, f[node] * r_rate[nodes + node] + sense * r_rate[node], least_r, 1.0):
+            return sense
+    return STICK
 
 
-@_inner
-def find_near(f, state, force):
-    """List the nodes that slip, are open or at a bound, or are hardly pressed: all others plainly stick; returns their number."""
-    nodes, count, r = len(f), 0, state.r
+@inner
+def look(f, state, force):
+    """Note which nodes are at a bound: 1 at that of slip along +x, 2 at that of slip against it, 4 without pressure, 8 without pressure and gap."""
+    nodes, u, r = len(f), state.u, state.r
     for node in range(nodes):
         p = r[nodes + node]
         slack_forward, slack_backward = _slacks(f, r, node, nodes)
-        off = min(slack_forward, slack_backward) > AT_BOUND * (f[node] * p + 1e-3 * force[node])
-        state.wanted[node] = state.status[node]
-        state.near[count] = node
-        count += not (state.status[node] == STICK and off and p > AT_BOUND * 1e-3 * force[node])
-    return count
+        small, bare = AT_BOUND * (f[node] * p + 1e-3 * force[node]), p <= AT_BOUND * 1e-3 * force[node]
+        bounds = 1 * (slack_forward <= small) + 2 * (slack_backward <= small) + 4 * bare
+        state.touch[node] = bounds + 8 * (bare and u[nodes + node] + state.gap[node] <= 0.0)
 
 
 @_once
-def settle(S, f, state, active, force, known, near, least_r, least_u):
-    """Iterate on the signs of the rates until the statuses of all nodes near a bound agree with them; returns whether they do, and no others may.
+def settle(S, f, state, active, known, least_r, least_u):
+    """Iterate on the signs of the rates until the statuses of all nodes at a bound agree with them; returns whether they do, and no others may.
 
-    `known`: the rates are those of the statuses; `near`: the number of these nodes; below `least_r` and `least_u` rates count as zero.
+    `known`: the rates are those of the statuses; below `least_r` and `least_u` rates count as zero.
     """
-    nodes, status, wanted, load_rate, u_rate, not_unique = len(f), state.status, state.wanted, state.load_rate, state.u_rate, False
+    status, wanted, touch, u_rate, not_unique = state.status, state.wanted, state.touch, state.u_rate, False
+    wanted[:] = status
     for iteration in range(_BLOCK + _SINGLE):
         if iteration > 0 or not known:
             solve_rates(S, active, state)
         wrong = 0
-        for place in range(near):
-            node = state.near[place]
+        for node in range(len(f)):
+            if touch[node] == 0 and status[node] == STICK:
+                continue
             wanted[node] = status[node]
-            if STICK != status[node] != OPEN and status[node] * u_rate[node] >= 0.0 and state.r[nodes + node] > AT_BOUND * 1e-3 * force[node]:
+            if STICK != status[node] != OPEN and status[node] * u_rate[node] >= 0.0 and not touch[node] & 4:
                 continue  # it slips the way that it moves; to ask `_wanted` costs more
-            wanted[node], masked = _wanted(f, state, node, force, least_r, least_u)
-            if masked:
-                least = _own_least(S, load_rate, u_rate, node)
-                moved = nodes + node if status[node] == OPEN else node
-                own = S[moved, moved]
-                slow = min(least / own, least_u) if own > 0.0 else least_u
-                wanted[node], _ = _wanted(f, state, node, force, min(least, least_r), slow)
+            wanted[node] = _wanted(S, f, state, node, least_r, least_u)
             if wanted[node] != status[node]:
                 wrong += 1
                 if iteration >= _BLOCK and wrong > 1:
                     wanted[node] = status[node]
         if wrong == 0:
-            return not (not_unique or _may_also_slip(S, f, state, active, force, near))
+            return not (not_unique or _may_also_slip(S, f, state, active))
         share = change_statuses(S, f, status, active, wanted)
         if share == 0.0:
             return False
@@ -388,14 +324,12 @@ def settle(S, f, state, active, force, known, near, least_r, least_u):
 
 
 @_once
-def _may_also_slip(S, f, state, active, force, near):
+def _may_also_slip(S, f, state, active):
     """Whether a sticking node at its bound may also slip: its pivot if it slipped is not positive."""
-    for place in range(near):
-        node = state.near[place]
-        if state.status[node] == STICK:
-            at_forward, at_backward, _ = _at_bound(f, state.u, state.r, state.gap, node, force)
-            for sense in (1, -1):
-                if (at_forward if sense == 1 else at_backward) and _border(S, active, node, sense * f[node]) <= 0.0:
+    for node in range(len(f)):
+        if state.status[node] == STICK and state.touch[node]:
+            for bit, sense in ((1, 1), (2, -1)):
+                if state.touch[node] & bit and _border(S, active, node, sense * f[node]) <= 0.0:
                     return True
     return False
 
@@ -409,16 +343,14 @@ def _begin(S, f, state, active):
         wanted[node] = status[node] if status[node] == OPEN or f[node] == 0.0 else STICK
         status[node] = STICK
     change_statuses(S, f, status, active, wanted)
-    for node in range(len(f)):
-        state.counted[node] = status[node]
+    state.counted[:] = status
     state.trace[1] *= 1000003
 
 
-@_inner
+@inner
 def _reactions(S, bonded, u, r):
     """Write `bonded + S u` into r (S is symmetric: its rows serve as columns)."""
-    for k in range(len(r)):
-        r[k] = bonded[k]
+    r[:] = bonded
     for unknown in range(len(u)):
         if u[unknown] != 0.0:
             for k in range(len(r)):
@@ -447,12 +379,11 @@ def _refresh(S, f, bonded, state, active):
             r[node] = -status[node] * f[node] * r[nodes + node]
 
 
-@_entry_point
+@entry_point
 def set_statuses(S, f, state, active, status):
     """Give all nodes the statuses of a solution of the rate problem; returns whether its rates are unique."""
     _clear(active.size, active.unknown, active.place)
-    for node in range(len(f)):
-        state.status[node] = STICK
+    state.status[:] = STICK
     return change_statuses(S, f, state.status, active, status) != 0.0
 
 
@@ -463,19 +394,14 @@ def set_statuses(S, f, state, active, status):
 # is so for each of its subsets: the Cholesky factor only grows when nodes begin to slip, and remains valid when they stop.
 
 
-@_inner
+@inner
 def _symmetric_entry(S, one, weight, other, other_weight):
     """Entry of the symmetric part of the rows `q + weight p`."""
-    nodes = len(S) // 2
-    entry = S[one, other]
-    if weight != 0.0:
-        entry += 0.5 * weight * S[nodes + one, other]
-    if other_weight != 0.0:
-        entry += 0.5 * other_weight * S[one, nodes + other]
-    return entry
+    entry = S[one, other] + (0.5 * weight * S[len(S) // 2 + one, other] if weight != 0.0 else 0.0)
+    return entry + (0.5 * other_weight * S[one, len(S) // 2 + other] if other_weight != 0.0 else 0.0)
 
 
-@_inner
+@inner
 def _include(S, proof, unknown, weight):
     """Add an unknown to the factor; returns whether the form is positive definite with it."""
     n, L = proof.size[0], proof.inverse
@@ -495,30 +421,29 @@ def _include(S, proof, unknown, weight):
 
 
 @_once
-def _extend_proof(S, f, state, force, proof, near):
+def _extend_proof(S, f, state, proof):
     nodes = len(f)
-    for k in range(near):
-        node = state.near[k]
-        status, place = state.status[node], proof.place[node]
-        at_forward, at_backward, vertex = _at_bound(f, state.u, state.r, state.gap, node, force)
-        if vertex:  # closed without pressure: it may open, or slip along +x or against it, which no quadratic form decides
+    for node in range(nodes):
+        status, touch, place = state.status[node], state.touch[node], proof.place[node]
+        if touch & 8:  # closed without pressure: it may open, or slip along +x or against it, which no quadratic form decides
             return False
-        if status != STICK or at_forward or at_backward:
-            if status != OPEN and at_forward and at_backward and f[node] > 0.0:
-                return False
-            weight = f[node] * (0 if status == OPEN else status if status != STICK else 1 if at_forward else -1)
-            if not (proof.weight[place] == weight if place >= 0 else _include(S, proof, node, weight)):
-                return False
-            if status == OPEN and proof.place[nodes + node] < 0 and not _include(S, proof, nodes + node, 0.0):
-                return False
+        if status == STICK and not touch & 3:
+            continue
+        if status != OPEN and touch & 3 == 3 and f[node] > 0.0:
+            return False
+        weight = f[node] * (0 if status == OPEN else status if status != STICK else 1 if touch & 1 else -1)
+        if not (proof.weight[place] == weight if place >= 0 else _include(S, proof, node, weight)):
+            return False
+        if status == OPEN and proof.place[nodes + node] < 0 and not _include(S, proof, nodes + node, 0.0):
+            return False
     return True
 
 
 @_once
-def prove(S, f, state, force, proof, near):
-    """Whether the rates at a state, with so many nodes near a bound, are proven to be unique; `proof` is extended in place."""
+def prove(S, f, state, proof):
+    """Whether the rates at a state are proven to be unique; `proof` is extended in place."""
     for _ in range(2):
-        if _extend_proof(S, f, state, force, proof, near):
+        if _extend_proof(S, f, state, proof):
             return True
         _clear(proof.size, proof.unknown, proof.place)  # unknowns of earlier states may be the reason
     return False
@@ -578,16 +503,11 @@ def _advance(f, bonded, time, state, step):
 
 
 @_once
-def _add_row(record, state, time):
-    row, motions, nodes = state.trace[3], len(state.u), len(state.status)
-    record[row, 0] = time
-    for k in range(motions):
-        record[row, 1 + k] = state.u[k]
-        record[row, 1 + motions + k] = state.r[k]
-    for node in range(nodes):
-        record[row, 1 + 2 * motions + node] = state.status[node]
-        record[row, 1 + 2 * motions + nodes + node] = state.work[node]
-    state.trace[3] = row + 1
+def _add_row(row, state, time):
+    m, n = len(state.u), len(state.status)
+    row[0], row[1 : 1 + m], row[1 + m : 1 + 2 * m] = time, state.u, state.r
+    row[1 + 2 * m : 1 + 2 * m + n], row[1 + 2 * m + n :] = state.status, state.work
+    state.trace[3] += 1
 
 
 @_once
@@ -615,31 +535,13 @@ def _count_changes(state):
             state.counted[node] = status
 
 
-@_entry_point
+@entry_point
 def follow(S, f, bonded, ahead, state, active, proof, force, start, begins, record):
-    """Follow the path while the bonded reactions change from `bonded` to `ahead`, from time `start` on (0 to 1 on the segment).
+    """Follow the path while the bonded reactions (2N,) change from `bonded` to `ahead`, from time `start` on (0 to 1 on the segment).
 
-    Parameters
-    ----------
-    S, f
-        (2N, 2N) stiffness, (N,) coefficients of friction.
-    bonded, ahead
-        (2N,) bonded reactions at the beginning of the segment and at its end.
-    state, active
-        State and active set of the path; changed in place.
-    proof
-        Proof that the rates are unique; changed in place.
-    force
-        (N,) scale of the nodal forces at each node.
-    start, begins
-        Time to start at, and whether the segment begins there; else the statuses agree with the rates there already.
-    record
-        (rows, 1 + 6N) takes times, u, r, statuses and work at the events; without rows they are not recorded.
-
-    Returns
-    -------
-    code, time
-        `DONE` or the reason to stop, and the time of the stop.
+    `state`, `active` and `proof` are changed in place; `force` (N,) is the scale of the nodal forces. If the segment does not begin (`begins`) at the
+    start, the statuses agree with the rates there already. `record` (rows, 1 + 6N) takes times, u, r, statuses and work at the events; without rows
+    they are not recorded. Returns `DONE` or the reason to stop, and the time of the stop.
     """
     time, settled, load_rate, largest, stiffness = start, True, state.load_rate, 0.0, 0.0
     for k in range(len(bonded)):
@@ -653,15 +555,14 @@ def follow(S, f, bonded, ahead, state, active, proof, force, start, begins, reco
         if settled:
             solve_rates(S, active, state)
         else:
-            near = find_near(f, state, force)
-            if not settle(S, f, state, active, force, known, near, _RATE * largest, _RATE * largest / stiffness):
+            look(f, state, force)
+            if not settle(S, f, state, active, known, _RATE * largest, _RATE * largest / stiffness):
                 return UNSETTLED, time
-            if not prove(S, f, state, force, proof, near):
-                state.trace[2] += 1
+            state.trace[2] += not prove(S, f, state, proof)
         if len(record) > 0:
             if state.trace[3] == len(record):
                 return FULL, time
-            _add_row(record, state, time)
+            _add_row(record[state.trace[3]], state, time)
         settled, known = False, True
         _count_changes(state)
         step, node = _next_event(f, state, force)
@@ -677,180 +578,16 @@ def follow(S, f, bonded, ahead, state, active, proof, force, start, begins, reco
     return STALLED, time
 
 
-# --- 5. One increment of load --------------------------------------------------------------------------------------------------
-# The motions `u = [dv, w]` of an increment have t = 1 or 2 tangential parts at each node; its reactions are `r + S (u - start)`.
-
-
-@njit(**_OPTIONS)
-def sweep(S, f, own, u, r, most, enough, relax):
-    """Gauss-Seidel on the projected law of one increment: the nodes one after the other, each with what it needs to obey it.
-
-    Nodes that stick cost nothing but a look (Jourdan, Alart & Jean 1998).
-
-    Parameters
-    ----------
-    S, f, own
-        (M, M) stiffness, (N,) coefficients of friction, (t + 1, N) positive numbers: for the tangents at least the largest stiffness of the node
-        in any tangential direction, and its normal stiffness.
-    u, r
-        (M,) slip increments and gaps, and reactions; changed in place.
-    most, enough
-        Number of sweeps at most, and the largest correction of a force with which they end.
-    relax
-        Share of what a slip lacks by which it changes: with 1 the node obeys the law then, with a little more fewer sweeps do.
-
-    Returns
-    -------
-    float
-        The largest correction of a force in the last sweep.
-    """
-    nodes, tangents, largest = len(f), len(own) - 1, np.inf
-    wanted = np.empty(tangents)
-    for _ in range(most):
-        largest = 0.0
-        for node in range(nodes):
-            k = tangents * nodes + node
-            pressed, before = r[k] - own[-1, node] * u[k], u[k]
-            u[k] = 0.0 if pressed > 0 else u[k] - r[k] / own[-1, node]
-            if u[k] != before:
-                largest = max(largest, own[-1, node] * abs(u[k] - before))
-                for j in range(len(r)):
-                    r[j] += (u[k] - before) * S[k, j]
-            bound, size = f[node] * max(r[k] - own[-1, node] * u[k], 0.0), 0.0
-            for a in range(tangents):
-                size += (r[a * nodes + node] - own[a, node] * u[a * nodes + node]) ** 2
-            share = 1.0 - bound / np.sqrt(size) if size > bound**2 else 0.0
-            for a in range(tangents):
-                before = u[a * nodes + node]
-                wanted[a] = before + relax * (share * (before - r[a * nodes + node] / own[a, node]) - before) if share > 0 else 0.0
-            for a in range(tangents):
-                k = a * nodes + node
-                before, u[k] = u[k], wanted[a]
-                if u[k] != before:
-                    largest = max(largest, own[a, node] * abs(u[k] - before))
-                    for j in range(len(r)):
-                        r[j] += (u[k] - before) * S[k, j]
-        if largest <= enough:
-            break
-    return largest
-
-
-@_inner
-def _sweep_moving(S, f, own, u, r):
-    """Sweeps over the nodes that move, among themselves: u is changed in place, r is not; returns the largest correction of the last one."""
-    axes, nodes = own.shape
-    moving = np.flatnonzero((u.reshape(axes, nodes) != 0.0).sum(axis=0))
-    part = np.concatenate((moving, moving + nodes, moving + 2 * nodes))[: axes * len(moving)].astype(np.uintp)  # without a sign: quicker
-    stiffness = np.empty((len(part), len(part)))
-    for i in range(len(part)):
-        for j in range(len(part)):
-            stiffness[i, j] = S[part[i], part[j]]
-    few, among = u[part], r[part]
-    largest = sweep(stiffness, f[moving], own[:, moving], few, among, _AMONG, 0.1 * _ROUNDING, _RELAX)
-    u[part] = few
-    return largest
-
-
-@_entry_point
-def increment(S, f, own, size, u, r, forces, status):
-    """One increment by sweeps over all nodes, then over those that move, in turn until the state obeys the law.
-
-    Parameters
-    ----------
-    S, f, own, size
-        See `sweep`, which takes `size` for its `own`: own tells sticking nodes from slipping ones, and open ones.
-    u, r
-        (M,) slip increments and gaps to begin with, and the reactions there; changed in place.
-    forces, status
-        (M,) and (N,): they take the reactions with slipping nodes exactly on their bound and open ones without any, and the statuses:
-        0 sticks, 1 slips, 2 is open.
-
-    Returns
-    -------
-    float
-        The residual of the state: the largest violation of the contact law, as `off_law` has it; inf where a number is not finite.
-    """
-    still, off = np.empty_like(r), np.inf
-    _reactions(S, r, -u, still)
-    for _ in range(_ROUNDS):
-        last = sweep(S, f, size, u, r, _SWEEPS, _ROUNDING, 1.0) <= _ROUNDING
-        last = not _sweep_moving(S, f, size, u, r) <= _ROUNDING or last
-        _reactions(S, still, u, r)
-        if _take_piece(f, own, u, r, status):
-            _reactions(S, still, u, r)
-        off = _put_on_law(f, own, u, r, forces, status)
-        if last or off <= _ROUNDING:
-            break
-    return off
-
-
-@_inner
-def _take_piece(f, own, u, r, status):
-    """Take the piece of the law at hand: statuses, and motions that it lets vanish; returns whether one has changed."""
-    nodes, tangents, changed = len(f), len(own) - 1, False
-    for node in range(nodes):
-        k = tangents * nodes + node
-        pressed = r[k] - own[-1, node] * u[k]
-        slips = _pull(own, u, r, node) > f[node] * max(pressed, 0.0)
-        status[node] = OPEN if pressed <= 0 else SLIP if slips else STICK
-        for i in range(node, len(u), nodes):
-            exact = u[i] if status[node] != STICK else 0.0
-            if i == k:
-                exact = max(u[k], 0.0) if status[node] == OPEN else 0.0
-            if exact != u[i]:
-                u[i], changed = exact, True
-    return changed
-
-
-@_inner
-def _put_on_law(f, own, u, r, forces, status):
-    """Reactions with slipping nodes on their bound and open ones without any; returns the residual of the law and of the equilibrium."""
-    nodes, tangents = len(f), len(own) - 1
-    off, total = 0.0, 0.0
-    for node in range(nodes):
-        k, pull = tangents * nodes + node, _pull(own, u, r, node)
-        bound, size, way, along = f[node] * r[k], 0.0, 0.0, 0.0
-        for i in range(node, k + 1, nodes):
-            forces[i] = r[i] if status[node] != OPEN else 0.0
-            if i != k and status[node] == SLIP:
-                forces[i] = bound * (r[i] - own[i // nodes, node] * u[i]) / pull
-            if i != k:
-                size, way, along = size + forces[i] ** 2, way + u[i] ** 2, along + u[i] * forces[i]
-            off, total = max(off, abs(forces[i] - r[i])), total + abs(forces[i]) + abs(u[i])
-        size, way, off = np.sqrt(size), np.sqrt(way), max(off, -forces[tangents * nodes + node])
-        if status[node] != OPEN:
-            off = max(off, size - bound)
-        if status[node] == SLIP and size > 0 and way > 0:
-            turned, across = 0.0, 0.0
-            for i in range(node, k, nodes):
-                turned += (forces[i] + size * u[i] / way) ** 2
-                across += (u[i] - min(along / size, 0.0) * forces[i] / size) ** 2
-            off = max(off, np.sqrt(min(turned, across)))
-        if tangents == 1 and status[node] == SLIP and r[node] > own[0, node] * u[node]:
-            status[node] = -1
-    return off if total < np.inf else np.inf
-
-
-@_inner
-def _pull(own, u, r, node):
-    """Size of the shear force that a node would have if it did not slip, `|q - d dv|`."""
-    total, nodes = 0.0, own.shape[1]
-    for a in range(len(own) - 1):
-        total += (r[a * nodes + node] - own[a, node] * u[a * nodes + node]) ** 2
-    return np.sqrt(total)
-
-
 # --- The first compilation ---------------------------------------------------------------------------------------------------
 
 
 def new_state(u: np.ndarray, r: np.ndarray, gap: np.ndarray) -> State:
     """The first state of a path, in which every node sticks; it takes over the arrays `u`, `r`, `gap`."""
     nodes = len(gap)
-    status, wanted, counted = np.zeros((3, nodes), np.int8)
+    status, wanted, counted, touch = np.zeros((4, nodes), np.int8)
     work, slid = np.zeros((2, nodes))
     u_rate, r_rate, load_rate = np.zeros((3, 2 * nodes))
-    near, trace = np.zeros(nodes, dtype=np.int64), np.zeros(4, dtype=np.int64)
-    return State(u, r, gap, status, work, slid, np.zeros(1), u_rate, r_rate, load_rate, wanted, counted, near, trace)
+    return State(u, r, gap, status, work, slid, np.zeros(1), u_rate, r_rate, load_rate, wanted, counted, touch, np.zeros(4, dtype=np.int64))
 
 
 class _Notice(Listener):  # type: ignore[misc]  # numba has no types

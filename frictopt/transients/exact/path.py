@@ -1,11 +1,8 @@
 """The exact path of one transient, from corner to corner of the load cycle."""
 
-from itertools import pairwise
-
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ...contact import RESIDUAL, Array, ContactState, ContactSystem, LoadCycle, checked_plane, off_law
+from ...contact import RESIDUAL, Array, Booleans, LoadCycle, checked_plane, off_law
 from ...contact.history import turning_points
 from ...errors import NoContinuation
 from ..begin import Cycle, Transient
@@ -26,23 +23,9 @@ def turning_corners(cycle: LoadCycle, load_factor: float = 1.0) -> list[int]:
 
 
 class ExactPath(Transient):
-    """The transient of one contact under one load cycle, from an initial slip or from an earlier state.
+    """The transient of one contact in the plane, see `Transient` for what it asks for: exactly, from event to event.
 
-    The load path is a chain of straight segments, see `Transient`. On each of them slip, gap and reactions are piecewise linear, so the path is
-    followed from event to event. There is no time step, and the only error is rounding.
-
-    Parameters
-    ----------
-    system, cycle
-        The contact and its load cycle.
-    friction
-        Coefficient of friction, one or one per node.
-    load_factor
-        Load factor of the cycle, >= 0.
-    initial_slip
-        (N,) slip left from assembly, length; None for none.
-    initial_state
-        An earlier state, instead of a slip.
+    On each straight segment of the load slip, gap and reactions are piecewise linear. There is no time step, and the only error is rounding.
 
     Attributes
     ----------
@@ -51,11 +34,6 @@ class ExactPath(Transient):
     history
         Of a path that is `recorded`: arrays of times (T,), `u` and `r` (T, 2N), statuses and work (T, N) side by side, after each event and at each
         corner. The time counts the corners visited.
-
-    Raises
-    ------
-    ModelError
-        Bad input.
 
     Examples
     --------
@@ -69,24 +47,13 @@ class ExactPath(Transient):
     (2, -0.5)
     """
 
-    def __init__(
-        self,
-        system: ContactSystem,
-        cycle: LoadCycle,
-        friction: ArrayLike,
-        load_factor: float,
-        initial_slip: ArrayLike | None = None,
-        initial_state: ContactState | None = None,
-    ) -> None:
-        super().__init__(system, cycle, friction, load_factor, initial_slip, initial_state)
+    def _begin(self, u: Array, r: Array, opened: Booleans) -> None:
         checked_plane(self.system, "follow it by march or steady_state, in increments")
-        nodes = self.nodes
-        self._S, self.unit = self.system.S, np.tile(self.scales.length, 2)
-        self.turns = turning_corners(self.cycle, self.load_factor)
         compiled()
+        nodes, self._S, self.unit = self.nodes, self.system.S, np.tile(self.scales.length, 2)
+        self.turns = turning_corners(self.cycle, self.load_factor)
         self.history: list[Array] = []
         self._active, self._proof, self._record = new_active_set(nodes), new_active_set(nodes), np.zeros((0, 1 + 6 * nodes))
-        u, r, opened = self._start
         self.state = new_state(u, r, np.array(self.system.gap))
         self.state.status[opened] = OPEN
 
@@ -99,23 +66,14 @@ class ExactPath(Transient):
         for number in self.turns * count:
             self.follow_to(*self.legs[number])
             stops.append((self.bonded, state.u.copy(), state.r.copy(), float(state.work.sum())))
-        (bonded, u, r), works = (np.array(values) for values in zip(*(stop[:3] for stop in stops), strict=True)), [stop[3] for stop in stops]
-        work, ends = state.work.copy(), (before / self.unit, u[-1] / self.unit)
+        bonded, u, r = (np.array(values) for values in zip(*(stop[:3] for stop in stops), strict=True))
+        works = np.diff([0.0, *(stop[3] for stop in stops[len(self.turns) - 1 :: len(self.turns)])]).tolist()
+        work, begin, end = state.work.copy(), before / self.unit, u[-1] / self.unit
         stress = (stress + r[-1] - bonded[-1]) / 2
         lost = abs(float(state.supplied[0] - work.sum() - stress @ (u[-1] - before)))
         scale = max(self.largest * self.length, float(work.sum()), float(np.abs(stress) @ np.abs(before)), np.finfo(float).tiny)
-        return Cycle(
-            *ends,
-            change=float(np.abs(ends[1] - ends[0]).max()),
-            work=work,
-            slid=state.slid.copy(),
-            works=[after - before for before, after in pairwise([0.0, *works[len(self.turns) - 1 :: len(self.turns)]])],
-            events=int(state.trace[1]),
-            bonded=bonded,
-            u=u,
-            r=r,
-            lost=max(lost, -float(work.min())) / scale,
-        )
+        slid, change, lost = state.slid.copy(), float(np.abs(end - begin).max()), max(lost, -float(work.min())) / scale
+        return Cycle(begin, end, change, work, slid, works, int(state.trace[1]), bonded, u, r, lost=lost)
 
     def at(self, place: Array) -> "ExactPath | None":
         """A copy at the same load with another slip and gap, (2N,), in slip scales; None if that state violates the contact law."""
@@ -137,13 +95,7 @@ class ExactPath(Transient):
         return copy
 
     def follow_to(self, bonded: Array, where: str) -> None:
-        """Follow the path in a straight line to other bonded reactions (2N,).
-
-        Raises
-        ------
-        NoContinuation
-            At some load of the segment no rates obey the contact law, or more than one set of rates does.
-        """
+        """Follow the path in a straight line to other bonded reactions (2N,); NoContinuation if at some load no rates, or several, obey the law."""
         code, time, begins = UNSETTLED, 0.0, True
         seen: set[tuple[float, bytes]] = set()  # times and statuses of the rate problems
         while code != DONE:
@@ -174,25 +126,29 @@ class ExactPath(Transient):
 
     def _solve_rate_problem(self, load_rate: Array, time: float, where: str, again: bool) -> None:
         """Set the statuses to the solution of the rate problem; if the path comes to it `again` at the same time, its rates lead nowhere."""
-        from .rate import find_rates, rate_problem  # here, for few paths have such an event
+        from .rate import Solutions, find_rates, rate_problem  # here, for few paths have such an event
 
         problem = rate_problem(self._S, self.friction, load_rate, self.state, self.scales.mean)
+        solutions = Solutions([], False) if problem.floating else find_rates(problem, self.state.status)
+        nodes, free = sorted(set(problem.node.tolist())), "the contact slides or opens freely"
         if problem.floating:
-            raise NoContinuation(f"{where}: at {time:.9g} of it the contact slides or opens freely; {self.free_body(self.state.r)}")
-        solutions = find_rates(problem, self.state.status)
-        nodes = sorted(set(problem.node.tolist()))
-        here = f"{where}: at {time:.9g} of it"
-        hint = "often friction is above the critical value there (a node wedges itself where f exceeds A/|B|): lower it"
-        if problem.sliding:
-            hint = f"the body may slide or open as a whole ({self.free_body(self.state.r)}), or friction is above the critical value there"
-        if again:
-            raise NoContinuation(f"{here} the statuses of nodes {nodes} change without end; {hint}")
-        if not solutions.found:
+            why = free
+        elif again:
+            why = f"the statuses of nodes {nodes} change without end"
+        elif not solutions.found:
             proof = "no rates obey the law" if solutions.complete else "no rates that obey the law were found"
-            raise NoContinuation(f"{here} {proof}; nodes {nodes} are at their bounds and would jump; {hint}")
-        if len(solutions.found) > 1:
+            why = f"{proof}; nodes {nodes} are at their bounds and would jump"
+        elif len(solutions.found) > 1:
             both = " or ".join(str([int(status[node]) for node in nodes]) for status, _ in solutions.found)
-            raise NoContinuation(f"{here} two sets of rates obey the law: nodes {nodes} may take the statuses {both}; {hint}")
-        if not set_statuses(self._S, self.friction, self.state, self._active, solutions.found[0][0]):
-            raise NoContinuation(f"{here} the contact slides or opens freely, its rates are not unique; {self.free_body(self.state.r)}")
-        self.state.trace[2] += not solutions.complete
+            why = f"two sets of rates obey the law: nodes {nodes} may take the statuses {both}"
+        elif not set_statuses(self._S, self.friction, self.state, self._active, solutions.found[0][0]):
+            why = f"{free}, its rates are not unique"
+        else:
+            self.state.trace[2] += not solutions.complete
+            return
+        hint = "often friction is above the critical value there (a node wedges itself where f exceeds A/|B|): lower it"
+        if free in why:
+            hint = self.free_body(self.state.r)
+        elif problem.sliding:
+            hint = f"the body may slide or open as a whole ({self.free_body(self.state.r)}), or friction is above the critical value there"
+        raise NoContinuation(f"{where}: at {time:.9g} of it {why}; {hint}")

@@ -5,14 +5,16 @@ rate `M z + c` of slack or pressure, and one of the two is zero. Few such pairs 
 finds is known to be the only solution where M is positive definite.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import product
+from itertools import islice, product
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg.blas import dger
 
 from ...contact import CONDENSATION, RESIDUAL, ROUNDING, Array
-from .kernel import OPEN, STICK, State, at_bound
+from .kernel import AT_BOUND, OPEN, STICK, State
 
 _PIVOT = 10 * ROUNDING  # pivots of Lemke's tableau up to this count as zero: a pivot adds its rounding to that of the entries
 _DISTINCT = 1e3 * RESIDUAL  # two solutions of a rate problem differ by more: each has errors up to the residual
@@ -43,7 +45,7 @@ class RateProblem:
     node: np.ndarray
     kind: np.ndarray
     u_rate: Array
-    free: list[int]
+    free: np.ndarray
     floating: bool
     sliding: bool
 
@@ -58,8 +60,7 @@ class RateProblem:
         return status
 
 
-@dataclass(frozen=True, eq=False)
-class Solutions:
+class Solutions(NamedTuple):
     """Solutions found, each as statuses and rates of `[v, w]`, and whether it is proven that there are no others."""
 
     found: list[tuple[np.ndarray, Array]]
@@ -68,19 +69,14 @@ class Solutions:
 
 def rate_problem(S: Array, f: Array, load_rate: Array, state: State, force: Array) -> RateProblem:
     """Set up the rate problem for the nodes of a state that are at a bound, under a rate of the bonded reactions."""
-    nodes, pairs = len(f), list[tuple[int, int]]()
-    gone, frictionless = list[int](), list[int]()  # motions that nothing bounds
-    for i in range(nodes):
-        at_forward, at_backward, vertex = at_bound(f, state, i, force)
-        if state.status[i] == OPEN and not vertex:
-            gone += [i, nodes + i]
-        elif f[i] == 0.0 and not vertex:
-            gone.append(i)
-            frictionless.append(i)
-        else:
-            pairs += [(i, kind) for kind, touching in ((1, at_forward), (-1, at_backward), (OPEN, vertex)) if touching]
-    node, kind = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
-    opens, free = kind == OPEN, np.array(gone, dtype=np.intp)
+    nodes, q, p = len(f), *np.split(state.r, 2)
+    small, bare = AT_BOUND * (f * p + 1e-3 * force), p <= AT_BOUND * 1e-3 * force
+    vertex = bare & (state.u[nodes:] + state.gap <= 0)
+    gone = (state.status == OPEN) & ~vertex
+    smooth = (f == 0) & ~vertex & ~gone
+    node, way = np.nonzero(np.column_stack([f * p + q <= small, f * p - q <= small, vertex]) & ~(gone | smooth)[:, None])
+    kind, apart, frictionless = np.array([1, -1, OPEN])[way], np.flatnonzero(gone), np.flatnonzero(smooth)
+    opens, free = kind == OPEN, np.r_[apart, nodes + apart, frictionless]  # motions that nothing bounds
     motion, sense = np.where(opens, nodes + node, node), np.where(opens, 1, kind)
     least = CONDENSATION * float(np.abs(S).max())
     parts = (S[np.ix_(part, part)] - least * np.eye(len(part)) for part in (free, np.union1d(free, motion)))
@@ -96,29 +92,26 @@ def rate_problem(S: Array, f: Array, load_rate: Array, state: State, force: Arra
 
 def find_rates(problem: RateProblem, before: np.ndarray) -> Solutions:
     """Find at most two different solutions of a rate problem."""
-    M, c = problem.M, problem.c
-    scale = float(np.abs(c).max(initial=0.0)) or 1.0
-    stiffness = float(np.abs(np.diag(M)).max(initial=0.0)) or 1.0
-    M, c = M / stiffness, c / scale
-    rng = np.random.default_rng(0)
-    if len(c) <= _TRIED:
-        candidates, complete = _all_statuses(M, c), True
-    else:
-        covers = [np.ones(len(c)), *rng.uniform(0.2, 1.0, size=(_STARTS - 1, len(c)))]
-        candidates, unique = [], _is_positive_definite(M)
-        for cover in covers:
-            z = _lemke(M, c, cover)
-            candidates += [] if z is None or not _solves(M, c, z) else [z]
-            if unique and candidates:
-                break
-        complete = unique and bool(candidates)
+    stiffness, scale = (float(np.abs(values).max(initial=0.0)) or 1.0 for values in (np.diag(problem.M), problem.c))
+    M, c = problem.M / stiffness, problem.c / scale
+    few = len(c) <= _TRIED
+    unique = not few and _is_positive_definite(M)
+    candidates = _all_statuses(M, c) if few else list(islice(_pivoted(M, c), 1 if unique else None))
     found: list[tuple[np.ndarray, Array]] = []
     for z in candidates:
         rates = problem.u_rate @ np.r_[z * scale / stiffness, 1.0]
         size = max(float(np.abs(rates).max()), scale / stiffness)
         if all(np.abs(rates - other).max() > _DISTINCT * size for _, other in found):
             found.append((problem.statuses(z, before), rates))
-    return Solutions(found[:2], complete)
+    return Solutions(found[:2], few or (unique and bool(candidates)))
+
+
+def _pivoted(M: Array, c: Array) -> Iterator[Array]:
+    """Solutions by Lemke's method from several covering vectors: from another one it may end elsewhere."""
+    for cover in (np.ones(len(c)), *np.random.default_rng(0).uniform(0.2, 1.0, size=(_STARTS - 1, len(c)))):
+        z = _lemke(M, c, cover)
+        if z is not None and _solves(M, c, z):
+            yield z
 
 
 def _solves(M: Array, c: Array, z: Array) -> bool:
@@ -131,13 +124,10 @@ def _all_statuses(M: Array, c: Array) -> list[Array]:
     """All solutions, by trying every choice of positive z."""
     found = []
     for moving in product((False, True), repeat=len(c)):
-        chosen = np.flatnonzero(moving)
-        z = np.zeros(len(c))
+        z, chosen = np.zeros(len(c)), np.flatnonzero(moving)
         if len(chosen):
-            block = M[np.ix_(chosen, chosen)]
-            z[chosen] = np.linalg.lstsq(block, -c[chosen])[0]
-        if _solves(M, c, z):
-            found.append(z)
+            z[chosen] = np.linalg.lstsq(M[np.ix_(chosen, chosen)], -c[chosen])[0]
+        found += [z] if _solves(M, c, z) else []
     return found
 
 

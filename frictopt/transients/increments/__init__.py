@@ -1,15 +1,7 @@
 """One increment of friction: by Newton's method, and as three cvxpy problems to print and solve: frozen bound, booleans, complementarity."""
 
 from .by_newton import NewtonIncrement
-from .complementarity import ComplementarityProblem, complementarity_problem
 from .increment import Increment
-from .programs import ExactIncrement, FrozenBoundIncrement
+from .programs import ComplementarityProblem, ExactIncrement, FrozenBoundIncrement, complementarity_problem
 
-__all__ = [
-    "ComplementarityProblem",
-    "ExactIncrement",
-    "FrozenBoundIncrement",
-    "Increment",
-    "NewtonIncrement",
-    "complementarity_problem",
-]
+__all__ = ["ComplementarityProblem", "ExactIncrement", "FrozenBoundIncrement", "Increment", "NewtonIncrement", "complementarity_problem"]

@@ -12,10 +12,10 @@ from scipy.linalg.lapack import dpocon
 from ...contact import RESIDUAL, ROUNDING, STALLED, Array, ContactSystem, SolveRecord, joined, off_law, parted
 from ...errors import FrictoptError, SolverError
 from ..begin import OPEN
-from ..exact.kernel import increment
 from .increment import FrictionIncrement, Increment, Posed, force_scale
 from .newton import Factors, State, newton
 from .programs import FrozenBoundIncrement
+from .sweeps import increment
 
 _NEWTON = SolveRecord("NEWTON")
 _REPEATS = 0.1  # motions differ by less, over the largest, from those of the cycle before
@@ -30,18 +30,6 @@ class NewtonIncrement(FrictionIncrement):
     The sweeps alone often reach the state to rounding; the solver of the record is "SWEEPS" then. Where Newton's method does not converge, it begins
     without motion, other constants of the projection are tried, last a `FrozenBoundIncrement`.
     Where several states obey the law (above the critical friction) one of them is returned. Theory, eq. (4).
-
-    Parameters
-    ----------
-    system
-        The contact, in the plane or in space.
-    friction
-        Coefficient of friction, one or one per node.
-
-    Raises
-    ------
-    ModelError
-        Bad input.
 
     Examples
     --------

@@ -18,7 +18,7 @@ from ...contact.tolerances import RESIDUAL
 from ...errors import SolverError
 from ...solve.problem import Explained
 from ..begin import HOLD, OPEN
-from ..sliding import check_sliding, rigid_motions
+from ..statics import check_sliding, rigid_motions
 from .newton import Law, State, newton
 
 _NO_FORCE = RESIDUAL  # a mean normal force below this share of the largest reaction is no scale: the error of an answer is as large
@@ -87,14 +87,9 @@ def force_scale(bonded: Array, reactions: Array) -> float:
 
 
 class Posed:
-    """One increment in units of the mean normal force and of the slip that this force makes.
+    """One increment in units of the mean normal force and of the slip that this force makes; ModelError for arrays that do not fit.
 
     The unknowns are `u = [dv, w]`, slip since `slip` and total gap; the reactions `[q, p] = trial + S u`.
-
-    Raises
-    ------
-    ModelError
-        Arrays that are not finite, not real or do not fit.
     """
 
     def __init__(self, owner: "FrictionIncrement", slip: ArrayLike, bonded: Sequence[ArrayLike]) -> None:

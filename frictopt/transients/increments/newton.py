@@ -64,7 +64,7 @@ def newton(law: Law, trial: Array, u: Array, most: int = _STEPS, factors: "Facto
     """The state that so many steps of Newton's method reach from motions u at most; whether it obeys the law is for the referee to say.
 
     It makes none where the error of u is small enough already. Where statuses stay, steps with the factors of an earlier one, which cost little, come
-    first. What its piece of the law lets vanish is zero in it, and slipping nodes are on their bound. In the plane slip against +x has the status -1.
+    first. In the plane slip against +x has the status -1.
     """
     best, steps = _piece(law, trial, u), 0
     while steps < most and best.error > _NEWTON:
@@ -73,18 +73,27 @@ def newton(law: Law, trial: Array, u: Array, most: int = _STEPS, factors: "Facto
             if found.error <= _AGAIN * best.error:
                 best = found
                 continue
-            if found.merit > _GAIN * best.merit and best.error <= STALLED:
+            if _is_rounding(found, best):
                 break
         steps += 1
-        (direction, factors), share, found = _step(law, best), 1.0, best
-        for _ in range(_HALVINGS):
+        direction, factors = _step(law, best)
+        for share in 0.5 ** np.arange(_HALVINGS):
             found = _piece(law, trial, best.u + share * direction)
             if found.merit < best.merit:
                 break
-            share /= 2
-        if found.merit > _GAIN * best.merit and best.error <= STALLED:
+        if _is_rounding(found, best):
             break
         best = found
+    return _on_law(law, best, steps, factors)
+
+
+def _is_rounding(found: "_Piece", best: "_Piece") -> bool:
+    """Whether what is left of the errors is rounding: a step hardly reduces them."""
+    return found.merit > _GAIN * best.merit and best.error <= STALLED
+
+
+def _on_law(law: Law, best: "_Piece", steps: int, factors: "Factors | None") -> State:
+    """The state of a piece: what it lets vanish is zero, and slipping nodes are on their bound."""
     still = np.concatenate([np.tile(best.status == STICK, len(best.unit)), best.status != OPEN])
     u = np.where(still, 0.0, best.u)
     sense = -np.sign(best.unit[0]).astype(np.int8) if len(best.unit) == 1 else 1

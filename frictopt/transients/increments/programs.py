@@ -1,26 +1,27 @@
-"""One friction increment by the cvxpy programs of `listings`: convex ones with the friction bound frozen in turn, or one with booleans.
+"""One friction increment by the cvxpy programs of `listings`: with the friction bound frozen in turn, with booleans, and one to be looked at.
 
 Solvers get the program of the contact in units of the mean normal force and of the slip that this force makes. Newton's method makes what they find
 exact, and the answer is put into the program in the units of the contact.
 """
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from typing import NamedTuple
 
 import cvxpy as cp
 import numpy as np
 from cvxpy.reductions.solution import Solution
 from numpy.typing import ArrayLike
 
-from ...contact import RESIDUAL, Array, Attempt, ContactSystem, SolveRecord, checked_plane, finite_number, joined
+from ...contact import RESIDUAL, Array, Attempt, ContactSystem, SolveRecord, checked_plane, finite_number, joined, parted
 from ...errors import NoContinuation, SolverError
 from ...solve.problem import Problem
 from ...solve.solvers import MILP, QP, SOCP, NoOptimum, solve
 from ..begin import OPEN
 from .increment import FrictionIncrement, Increment, Posed
-from .listings import exact, frozen_bound
+from .listings import complementarity, exact, frozen_bound
 from .newton import newton
 
 _SETTLED = {QP: 1e6 * RESIDUAL, SOCP: 1e4 * RESIDUAL}  # change of the frozen bound up to which more sweeps by these solvers find nothing else
@@ -85,18 +86,6 @@ class FrozenBoundIncrement(_ByProgram):
     bound `f p` of the answer, which solves it.
 
     It takes no constraints of your own: they would act as forces that the contact law does not have. Theory, eq. (11).
-
-    Parameters
-    ----------
-    system
-        The contact, in the plane or in space.
-    friction
-        Coefficient of friction, one or one per node.
-
-    Raises
-    ------
-    ModelError
-        Bad input.
 
     Examples
     --------
@@ -227,3 +216,66 @@ class ExactIncrement(_ByProgram):
         forward, backward, opened = (values[name] > 0.5 for name in _BOOLEANS)
         motions: Array = np.r_[np.where(forward | backward | opened, values["slip_step"], 0.0), np.where(opened, values["gap"], 0.0)]
         return motions
+
+
+class ComplementarityProblem(NamedTuple):
+    """The complementarity problem of one increment, in the units of the contact.
+
+    Attributes
+    ----------
+    matrix, constant
+        `M` (3N, 3N) and `c` (3N,).
+    problem
+        The quadratic program, with variables forward_slip, backward_slip and gap, and the reactions without these as parameters.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=2, EA=1.0, h=1.0))
+    >>> fo.increments.complementarity_problem(rod, 0.5, [0.0, 0.0], rod.reaction({"pressure": 1.0})).matrix.shape
+    (6, 6)
+    """
+
+    matrix: Array
+    constant: Array
+    problem: cp.Problem
+
+
+def complementarity_problem(system: ContactSystem, friction: ArrayLike, slip: ArrayLike, bonded: Sequence[ArrayLike]) -> ComplementarityProblem:
+    """Build the complementarity problem of one increment (Klarbring & Bjorkman 1988).
+
+    With the slip step split, `dv = s+ - s-`, the contact law reads `z >= 0, M z + c >= 0, z' (M z + c) = 0` for `z = [s+, s-, w]`. A z obeys it where
+    the quadratic program `min z' (M z + c), z >= 0, M z + c >= 0` has the minimum 0. That is convex only without friction: elsewhere cvxpy refuses to
+    solve it, for a local minimum need not be a state of the contact. Theory, eq. (12).
+
+    Parameters
+    ----------
+    system
+        The contact, in the plane.
+    friction
+        Coefficient of friction, one or one per node.
+    slip
+        (N,) slip before the increment, length.
+    bonded
+        `(q^w, p^w)`, (N,) bonded reactions of the load after it, force per depth.
+
+    Raises
+    ------
+    ModelError
+        Bad input.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> system = fo.ContactSystem.from_blocks([[2.0]], [[0.5]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    >>> load = system.reaction({"P": 1.0, "Q": 1.0})
+    >>> fo.increments.complementarity_problem(system, 0.5, [0.0], load).problem.is_dcp()
+    False
+    """
+    owner = FrozenBoundIncrement(checked_plane(system, "choose NewtonIncrement or FrozenBoundIncrement"), friction)
+    trial, f = Posed(owner, slip, bonded).reactions, owner.friction
+    listed, (q, p) = complementarity(system, f), parted(trial, 2)
+    problem = Problem(listed.objective, listed.constraints)
+    problem.param_dict["trial"].value = trial
+    M = next(constant.value for constant in problem.constants() if constant.name() == "M")
+    return ComplementarityProblem(M, np.concatenate([f * p + q, f * p - q, p]), problem)

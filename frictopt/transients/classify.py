@@ -1,22 +1,62 @@
-"""What cycles of a transient show: whether the slip is safe, whether a node slips, how well the work is known, and the limit where they go."""
+"""What the last cycles of a transient show, as functions of them alone: `classify` says where they have come, `extrapolate` where they go."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, takewhile
+from typing import NamedTuple
 
 import numpy as np
 
-from ..contact import LEVEL, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAME_STATE, Array
+from ..contact import LEVEL, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAME_STATE, Array, Outcome
 from .begin import Cycle, Transient
 
-# A node's pressure below this share of the mean one is too little to judge its slip by: its bounds have the error of an answer.
-_LITTLE = 100 * RESIDUAL
+LEAST = 4
+"""Cycles with the same events before the first extrapolation, and cycles in turn that show a return after two."""
+
+_NEAR = 100 * PERIODIC  # the affine map is also tested where it moves by so little: other events may begin that near to the extrapolated limit
+_LITTLE = 100 * RESIDUAL  # a pressure below this share of the mean one is too little to judge a slip by: its bounds have the error of an answer
 _AFFINE_FIT = 1e3 * RESIDUAL  # deviation of a state from the linear map fitted to all states: the fit divides by small differences
 _AHEAD = 0.9  # cosine between the last slip of a node and its way to the limit, from which on it goes there
 _SAFE = RESIDUAL / 10  # excess over the friction bound, in force scales, of a safe slip: a part of the same residual
 
 
-def at_rest(path: Transient, cycle: Cycle) -> Cycle | None:
+class Settled(NamedTuple):
+    """A steady state: its outcome, the transient on it, its cycle, the relative error of its work, and the cycles by whose states it is judged."""
+
+    outcome: Outcome
+    path: Transient
+    cycle: Cycle
+    work_error: float
+    judged: tuple[Cycle, ...]
+
+
+def classify(path: Transient, cycle: Cycle, last: Sequence[Cycle], extrapolated: bool) -> Settled | None:
+    """The outcome that the latest cycle and the last ones, of which it is one unless it is the first, show; None where they do not tell.
+
+    1. The slip at its end is safe at all corners: the contact is at rest.
+    2. It comes back, and would do so after all later cycles (`distance_left`): slip repeats, or is none.
+    3. Slip drifts by the same amount in every cycle, and the drift adds no stress and changes no gap.
+    """
+    if (resting := _at_rest(path, cycle)) is not None:
+        return Settled(Outcome.SHAKEDOWN, path, resting, 0.0, (cycle, resting))
+    if cycle.change <= PERIODIC and last:
+        far = max(1.0, float(np.abs(cycle.after).max())) if path.steps else 1.0  # increments have rounding of the size of their slips
+        left = 0.0 if extrapolated or not cycle.work.any() else distance_left([one.change for one in last[-3:]], REPEATED * far)
+        slides = _slips(path, cycle, last[-2] if len(last) > 1 else None)
+        if left <= RESIDUAL and slides is not None:
+            return Settled(Outcome.CYCLIC_SLIP, path, cycle, np.inf, (cycle,)) if slides else without_work(path, cycle)
+    if not _ratchets(path, last):
+        return None
+    earlier, work = (float(one.work.sum()) for one in last[-2:])
+    return Settled(Outcome.RATCHETING, path, replace(cycle, change=0.0), abs(work - earlier) / (work or 1.0), (cycle,))
+
+
+def without_work(path: Transient, cycle: Cycle) -> Settled:
+    """Rest: a cycle whose work counts as none."""
+    return Settled(Outcome.SHAKEDOWN, path, replace(cycle, work=0 * cycle.work), 0.0, (cycle,))
+
+
+def _at_rest(path: Transient, cycle: Cycle) -> Cycle | None:
     """The cycle that follows, at rest: if the slip at the end keeps every node closed and within its bound at every corner, none slips any more."""
     u, loads, n = cycle.u[-1], np.array(path.corners), path.nodes
     if np.any(u[-n:] + path.system.gap > 0):
@@ -29,7 +69,7 @@ def at_rest(path: Transient, cycle: Cycle) -> Cycle | None:
     return replace(cycle, change=0.0, work=none, slid=none, bonded=loads, u=np.tile(u, (len(r), 1)), r=r, previous=None)
 
 
-def slips(path: Transient, cycle: Cycle, earlier: Cycle | None) -> bool | None:
+def _slips(path: Transient, cycle: Cycle, earlier: Cycle | None) -> bool | None:
     """Whether some node slips in a cycle that comes back, by its work and that of the cycle before; None where it does not tell.
 
     A slip of 1e-9 slip scales of the mean load is none, under the node's own pressure (that of the mean load, if too little). Work is more than
@@ -49,6 +89,22 @@ def slips(path: Transient, cycle: Cycle, earlier: Cycle | None) -> bool | None:
         return True if np.any(in_doubt & repeated & (work > ROUNDING * np.maximum(force, far * pressure) * unit)) else None
     lifts = cycle.u[:, -n:] + path.system.gap > 0
     return False if (path.friction == 0).any() or lifts.any() else None
+
+
+def _ratchets(path: Transient, last: Sequence[Cycle]) -> bool:
+    if len(last) < 3 or len({cycle.events for cycle in last[-3:]}) > 1:
+        return False
+    n, (before, end) = path.nodes, last[-2:]
+    stress, opening = np.abs(end.r[-1] - before.r[-1]).reshape(-1, n), np.abs(end.u[-1] - before.u[-1])[-n:]
+    held = (stress > PERIODIC * path.scales.force).any() or (opening > PERIODIC * end.change * path.scales.length).any()
+    same = bend(last).max() <= PERIODIC * end.change and np.abs(end.work - before.work).max() <= PERIODIC * end.work.sum()
+    return bool(same and not held and PERIODIC * end.change > np.finfo(float).eps * float(np.abs(end.after).max()))
+
+
+def bend(last: Sequence[Cycle]) -> Array:
+    """(m,) by how much the last cycle moves otherwise than that before it."""
+    before, end = last[-2:]
+    return np.abs((end.after - end.before) - (before.after - before.before))
 
 
 def work_error(path: Transient, cycles: Sequence[Cycle], slow: float) -> float:
@@ -87,7 +143,25 @@ def returns_after(path: Transient, cycle: Cycle) -> int:
     return 1 if np.abs(2 * middle - cycle.before - cycle.after).max() <= 2 * SAME_STATE else 2
 
 
-def limit_of(iterates: Array) -> tuple[Array, list[tuple[Array, Array]]] | None:
+Moves = list[tuple[Array, Array]]
+
+
+def extrapolate(last: Sequence[Cycle]) -> Iterator[tuple[Array, Moves]]:
+    """Where the last cycles with the same events go: limits of their affine map, and distances from it before and after a cycle, to test the map.
+
+    All later states are weighted means of the limit, of the last state and of the states at these distances; the same distances close to the limit
+    come first. The first limit uses all these cycles, later ones fewer: the first cycles may have another map, for the same events in another order.
+    """
+    same = len(list(takewhile(lambda cycle: cycle.events == last[-1].events, reversed(last))))
+    for count in range(same, LEAST - 1, -2):
+        if found := limit_of(np.array([last[-count].before, *(cycle.after for cycle in last[-count:])])):
+            limit, modes = found
+            moves = [(last[-1].before - limit, last[-1].after - limit), *modes]
+            shares = [_NEAR / max(_NEAR, np.abs(before - after).max()) for before, after in moves]
+            yield limit, [*((share * before, share * after) for share, (before, after) in zip(shares, moves, strict=True)), *modes]
+
+
+def limit_of(iterates: Array) -> tuple[Array, Moves] | None:
     """The limit of an affine map from some of its iterates (rows), and states around it, before and after a cycle, of which all later ones are means.
 
     The limit is that of reduced-rank extrapolation. The k-th later distance from it is `sum of rate_i^k mode_i` with
