@@ -22,32 +22,15 @@ _TIGHTEST = 2  # events whose bounds each locked node keeps in the program: the 
 
 
 class Ascent:
-    """Changes of a periodic orbit, by which its work grows (sense 1) or falls (sense -1).
+    """Changes of a periodic orbit, by which its work grows (sense 1) or falls (sense -1); NoContinuation, SolverError: its cycle has no derivative.
 
-    Parameters
-    ----------
-    path
-        The transient that is on the orbit, at the last corner.
-    sense
-        1 for more work, -1 for less.
-    most
-        (N,) largest slip of the changed orbit at the last corner, length; None for no bound.
-
-    Attributes
-    ----------
-    before
-        (N,) or (N, 2) slip of the orbit there, length.
-
-    Raises
-    ------
-    NoContinuation, SolverError
-        The orbit's cycle has no derivative.
+    The path is on the orbit, at the last corner, where the slip is `before`, (N,) or (N, 2), length, and at most `most`, (N,), if that is given.
     """
 
     def __init__(self, path: Transient, sense: int, most: Array | None) -> None:
         tangents, n = path.system.tangents, path.nodes
         cycle = increment_map(path) if isinstance(path, SteppedPath) else return_map(cast(ExactPath, path))
-        self._most, self._before = most, cycle.before[:-n].reshape(tangents, n)
+        self.path, self._most, self._before = path, most, cycle.before[:-n].reshape(tangents, n)
         self.before, _ = parted(cycle.before, tangents + 1)
         follow = _followed(cycle, tangents)
         self._slip = follow[:-n].reshape(tangents, n, -1)
@@ -55,18 +38,9 @@ class Ascent:
         self._bounds = _bounds(path, cycle, follow) if self._gain.any() else None
 
     def step(self, radius: float) -> tuple[Array, float] | None:
-        """The change within a radius that changes the work most.
+        """The change of the slip, (N,) or (N, 2), by at most a radius at a locked node, length, that changes the work most; and by how much, >= 0.
 
-        Parameters
-        ----------
-        radius
-            Largest change of a locked slip, length.
-
-        Returns
-        -------
-        change, gain
-            (N,) or (N, 2) change of the slip, length, and by how much the work then changes in first order, >= 0; None where no node is locked,
-            nothing changes the work, or the slip exceeds its bound already.
+        The latter is of first order. None where no node is locked, nothing changes the work, or the slip exceeds its bound already.
         """
         if self._bounds is None:
             return None
@@ -138,11 +112,7 @@ def increment_map(path: SteppedPath) -> ReturnMap:
         dq + f dp e + f p (1 - e e^T) (dv - dv') / |d| = 0,   e = d / |d|,        dq = dp = 0 at open nodes
 
     In the plane the term with `1 - e e^T` vanishes. The work of an increment is the way slid times the mean bound, as `SteppedPath` counts it.
-
-    Raises
-    ------
-    NoContinuation, SolverError
-        An increment has no valid answer.
+    NoContinuation, SolverError: an increment has no valid answer.
     """
     begin, points = path.state, copy(path).follow(path.legs)
     n, m, S, f = path.nodes, len(begin.u), path.system.S, path.friction

@@ -12,7 +12,7 @@ from ..contact.diagnosis import open_nodes
 from ..contact.result import Outcome, SolveRecord, Table, frame, places
 from ..errors import ModelError, SolverError
 from ..transients import SteadyState, steady_state
-from .wear_history import Worn
+from .wear import Worn
 
 _RELIEF = 0.03  # of the pressure that a node's own wear takes off it, taken off by the same wear at another one: half-planes in cells have 0.01
 
