@@ -12,7 +12,7 @@ from typing import cast
 import numpy as np
 from scipy.optimize import linprog
 
-from ..contact import CONDENSATION, ROUNDING, Array, Booleans, parted
+from ..contact import CONDENSATION, ROUNDING, Array, parted
 from ..transients.begin import OPEN, STICK, Transient
 from ..transients.exact import ExactPath, ReturnMap, return_map
 from ..transients.stepped import Point, SteppedPath
@@ -119,16 +119,14 @@ def increment_map(path: SteppedPath) -> ReturnMap:
     D = np.diag(np.r_[np.ones(m - n), np.zeros(n)])  # a gap follows from the slips of the others
     gradient, derivatives, previous = np.zeros(m), [], begin
     for point in points:
-        slips = (point.status != STICK) & (point.status != OPEN)
         d = (point.u - previous.u)[:-n].reshape(-1, n)
         size = np.linalg.norm(d, axis=0)
-        slips &= size > ROUNDING * np.abs(point.u).max()  # not one that turns to stick within rounding of its bound
-        new = _after(S, f, point, D, slips, d)
-        mean = (previous.r + point.r)[-n:] / 2
-        gradient += (f * np.where(slips, size, 0.0) / 2) @ S[-n:] @ (D + new)
-        for node in np.flatnonzero(slips):
-            along = node + n * np.arange(len(d))
-            gradient += f[node] * mean[node] / size[node] * (d[:, node] @ (new[along] - D[along]))
+        turned = size <= ROUNDING * np.abs(point.u).max()  # to stick, within rounding of its bound
+        slips = ~turned & (point.status != STICK) & (point.status != OPEN)
+        e = np.where(slips, d / np.where(slips, size, 1.0), 0.0)
+        new = _after(S, f, point, D, e, size)
+        bound = f * (previous.r + point.r)[-n:] / 2
+        gradient += (f * np.where(slips, size, 0.0) / 2) @ S[-n:] @ (D + new) + np.tensordot(bound * e, (new - D)[:-n].reshape(-1, n, m))
         D, previous = new, point
         derivatives.append(D)
     return ReturnMap(
@@ -141,19 +139,15 @@ def increment_map(path: SteppedPath) -> ReturnMap:
     )
 
 
-def _after(S: Array, f: Array, point: Point, D: Array, slips: Booleans, d: Array) -> Array:
-    """(M, M) derivative of u after an increment by `d` (t, N) to a state at which some nodes slip, from that before it."""
-    n, t, opened = len(f), len(d), point.status == OPEN
+def _after(S: Array, f: Array, point: Point, D: Array, e: Array, size: Array) -> Array:
+    """(M, M) derivative of u after an increment from that before it: nodes slip along e (t, N), which is zero elsewhere, by a size."""
+    (t, n), slips, opened = e.shape, e.any(axis=0), point.status == OPEN
     moving = np.r_[np.tile(slips | opened, t), opened]
+    across = np.where(slips, f * point.r[-n:] / np.where(slips, size, 1.0), 0.0) * (np.eye(t)[:, :, None] - e[:, None] * e)
     rows, right = S.copy(), np.zeros_like(D)
-    size = np.where(slips, np.linalg.norm(d, axis=0), 1.0)
-    for node in np.flatnonzero(slips):
-        along = node + n * np.arange(t)
-        e = d[:, node] / size[node]
-        across = f[node] * point.r[t * n + node] / size[node] * (np.eye(t) - np.outer(e, e))
-        rows[along] += f[node] * np.outer(e, S[t * n + node])
-        rows[np.ix_(along, along)] += across
-        right[along] = across @ D[along]
+    rows[:-n] += (e[:, :, None] * (f[:, None] * S[-n:])).reshape(t * n, -1)
+    rows[:-n, :-n] += np.block([[np.diag(one) for one in row] for row in across])
+    right[:-n] = np.einsum("abn,bnm->anm", across, D[:-n].reshape(t, n, -1)).reshape(t * n, -1)
     new = np.where(moving[:, None], 0.0, D)
     new[-n:] = 0.0
     new[moving] = np.linalg.solve(rows[np.ix_(moving, moving)], right[moving] - rows[moving] @ new)

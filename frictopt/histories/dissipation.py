@@ -207,18 +207,21 @@ def friction_fields(friction: Any, nodes: int, rng: object) -> list[Array]:
     """(N,) coefficients of each friction: of one, or of a list of numbers, fields and distributions; see `dissipation_study`."""
     several = np.iterable(friction) and not isinstance(friction, str | bytes | Mapping)
     items = list(friction) if several else [friction]
-    drawn = [hasattr(item, "rvs") for item in items]
     if not items:
         raise ModelError("friction: empty; give at least one coefficient")
-    if several and len(items) == nodes > 1 and not any(drawn) and not any(map(np.iterable, items)):
+    if several and len(items) == nodes > 1 and not any(np.iterable(item) or hasattr(item, "rvs") for item in items):
         raise ModelError(f"friction: {nodes} numbers for {nodes} nodes, one friction or {nodes} of them; give [friction] or np.c_[friction]")
-    if any(drawn) and rng is None:
-        raise ModelError("rng: None, and friction has a distribution; give a seed, so that the study can be repeated")
     seed = rng if rng is None or isinstance(rng, np.random.Generator) else whole_number("rng", rng, least=0, most=LARGEST_SEED)
-    generator = np.random.default_rng(seed)
-    values = [item.rvs(size=nodes, random_state=generator) if draws else item for item, draws in zip(items, drawn, strict=True)]
+    generator = None if seed is None else np.random.default_rng(seed)
+    values = [_drawn(item, nodes, generator) if hasattr(item, "rvs") else item for item in items]
     values = [value[0] if isinstance(value, np.ndarray) and value.shape == (1,) else value for value in values]  # rows of a column, np.c_[...]
     return [frozen(friction_coefficients(value, nodes)) for value in values]
+
+
+def _drawn(distribution: Any, nodes: int, generator: np.random.Generator | None) -> Array:
+    if generator is None:
+        raise ModelError("rng: None, and friction has a distribution; give a seed, so that the study can be repeated")
+    return frozen(distribution.rvs(size=nodes, random_state=generator))
 
 
 def read_plan(file: str | Path) -> tuple[dict[str, Any], dict[str, Path]]:

@@ -43,7 +43,7 @@ class LeastExcursion(Shown, Plotted):
     >>> import frictopt as fo
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-    >>> fo.least_excursion(rod, cycle, friction=0.5, load_factor=0.4, excursion={"pressure": -0.5}).share
+    >>> fo.least_excursion(rod, cycle, friction=0.5, load_factor=0.4, excursion={"pressure": -0.5}, start="assembled").share
     0.0
     """
 

@@ -32,7 +32,6 @@ from .starts import Start, root_mean_square
 _libraries = cache(ThreadpoolController)  # of BLAS, found once
 _TASKS = 256  # that an executor has at a time; each holds the arrays of its contact
 _SECONDS = 1.0  # after which a task begins no other run
-_LOST = "not followed, its executor lost it ({!r}); start the study again"
 
 Row = dict[str, Any]
 FAILED = "FAILED"  # outcome of a run that has no result, which other versions may have
@@ -99,7 +98,7 @@ def execute(runs: Sequence[Run], executor: Executor | None) -> Generator[tuple[l
         return
     if any(run.case.system.tangents == 1 for run in runs):
         compiled()  # once for all processes here
-    waiting, tasks, done, taken = deque(runs), dict[Future[list[Row]], list[Run]](), SimpleQueue[Future[list[Row]]](), False
+    waiting, tasks, done = deque(runs), dict[Future[list[Row]], list[Run]](), SimpleQueue[Future[list[Row]]]()
     try:
         while waiting or tasks:
             while waiting and len(tasks) < _TASKS:
@@ -107,22 +106,21 @@ def execute(runs: Sequence[Run], executor: Executor | None) -> Generator[tuple[l
                 try:
                     future = executor.submit(_follow, batch)
                 except Exception as error:  # also in the middle, from a pool whose processes have died
-                    if not taken:
+                    if len(batch) + len(waiting) == len(runs):
                         what = f"executor: {executor!r} takes no runs ({type(error).__name__}: {error})"
                         raise ModelError(f"{what}; give one that is open, of concurrent.futures or dask") from error
-                    yield [_failed(run, _LOST.format(error)) for run in batch], False
-                else:
-                    taken, tasks[future] = True, batch
-                    future.add_done_callback(done.put)
+                    future = Future()
+                    future.set_exception(error)
+                tasks[future] = batch
+                future.add_done_callback(done.put)
             rows: list[Row] = []
-            for future in [done.get(), *(done.get() for _ in range(done.qsize()))] if tasks else ():  # all at once: a store may be slower than tasks
+            for future in [done.get(), *(done.get() for _ in range(done.qsize()))]:  # all at once, because a store may be slower than tasks
                 batch = tasks.pop(future)
                 try:
                     rows += (found := future.result())
-                except Exception as error:
-                    yield [_failed(run, _LOST.format(error)) for run in batch], False
-                else:
                     waiting.extend(batch[len(found) :])
+                except Exception as error:
+                    yield [_failed(run, f"not followed, its executor lost it ({error!r}); start the study again") for run in batch], False
             yield rows, True
     finally:
         for future in tasks:
