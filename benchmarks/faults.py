@@ -563,7 +563,7 @@ FAULTS = (
     Fault("histories/runs.py", "damaged rows count", "if checksum == _checksum(values)]", "if True]", "dissipation_store"),
     Fault("histories/dissipation.py", "an interrupt is swallowed", "are in the attribute `table`{known}\")\n            raise\n",
           "are in the attribute `table`{known}\")\n            return table()\n", "dissipation_study"),
-    Fault("histories/dissipation.py", "an interrupt leaves its table out", "done = interrupt.table = table()",
+    Fault("histories/dissipation.py", "an interrupt leaves its table out", "done = error.table = table()",
           "done = table()", "dissipation_study"),
     Fault("histories/protocols.py", "undecided counts as rest", "return UNDECIDED if UNDECIDED in answers else REST", "return REST", "protocols"),
     Fault("histories/protocols.py", "rest above counts for nothing", "> self.upper,", "> np.inf,", "protocols"),

@@ -75,12 +75,10 @@ def dissipation_study(
         command `frictopt merge` puts the stores together. None: all runs.
     executor
         Any executor of `concurrent.futures`' interface, such as a `ProcessPoolExecutor` or a dask client's `get_executor()`; None: this process. It
-        gets at most 256 tasks at a time; each ends with the run in which its first second is over. A run that it loses is a row that says so, and is
-        not kept in the store.
+        gets at most 256 tasks at a time; each ends with the run in which its first second is over. A run that it loses is a row that says so.
     store
         File that keeps each run by its content when its task ends: a study that is started again, also after it was killed, computes only the missing
-        runs and those that failed, which other versions may follow. Several studies may share the file on a disk of this machine.
-        `results.read_store` reads it.
+        runs and those that failed. Several studies may share the file on a disk of this machine. `results.read_store` reads it.
     progress
         Show count, rate and time left, on a terminal and in a notebook.
 
@@ -141,13 +139,10 @@ def dissipation_study(
                 if kept is not None and answered:
                     kept.write(found)
                 bar.update(len(found))
-        except StoreError as error:
-            error.table = table()
-            raise
-        except KeyboardInterrupt as interrupt:
-            done = interrupt.table = table()  # type: ignore[attr-defined]  # no class of its own: the exit status stays Python's
+        except (StoreError, KeyboardInterrupt) as error:
+            done = error.table = table()  # type: ignore[union-attr]  # no class of its own: the exit status stays Python's
             known = "" if kept is None else f" and in {str(kept.path)!r}, from where the same call goes on"
-            interrupt.add_note(f"dissipation_study: {done.attrs['missing']} runs are left; {len(done)} are in the attribute `table`{known}")
+            error.add_note(f"dissipation_study: {done.attrs['missing']} runs are left; {len(done)} are in the attribute `table`{known}")
             raise
     return table()
 
@@ -211,11 +206,16 @@ def friction_fields(friction: Any, nodes: int, rng: object) -> list[Array]:
         raise ModelError("friction: empty; give at least one coefficient")
     if several and len(items) == nodes > 1 and not any(np.iterable(item) or hasattr(item, "rvs") for item in items):
         raise ModelError(f"friction: {nodes} numbers for {nodes} nodes, one friction or {nodes} of them; give [friction] or np.c_[friction]")
-    seed = rng if rng is None or isinstance(rng, np.random.Generator) else whole_number("rng", rng, least=0, most=LARGEST_SEED)
-    generator = None if seed is None else np.random.default_rng(seed)
+    generator = _generator(rng)
     values = [_drawn(item, nodes, generator) if hasattr(item, "rvs") else item for item in items]
     values = [value[0] if isinstance(value, np.ndarray) and value.shape == (1,) else value for value in values]  # rows of a column, np.c_[...]
     return [frozen(friction_coefficients(value, nodes)) for value in values]
+
+
+def _generator(rng: object) -> np.random.Generator | None:
+    if rng is None or isinstance(rng, np.random.Generator):
+        return rng
+    return np.random.default_rng(whole_number("rng", rng, least=0, most=LARGEST_SEED))
 
 
 def _drawn(distribution: Any, nodes: int, generator: np.random.Generator | None) -> Array:

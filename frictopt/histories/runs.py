@@ -224,7 +224,7 @@ def _errors(path: object) -> Iterator[None]:
         yield
     except (sqlite3.Error, OSError, TypeError, ValueError, RuntimeError) as error:  # RuntimeError: unknown home folder
         remedy = "give another name, or make room and see that it and its folder stay and can be written"
-        raise StoreError(f"store: {str(path)!r} cannot be used ({error}); {remedy}; `table` of this error has what is finished") from error
+        raise StoreError(f"store: {str(path)!r} cannot be used ({error}); {remedy}") from error
 
 
 def _values(row: Mapping[str, Any]) -> list[Any]:
