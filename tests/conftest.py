@@ -80,7 +80,7 @@ def cube(tmp_path_factory):
 def followed(monkeypatch):
     """The load factors of the runs of studies that are followed from now on."""
     seen = []
-    monkeypatch.setattr("frictopt.histories.run.steady_state", lambda *args, **options: seen.append(args[3]) or fo.steady_state(*args, **options))
+    monkeypatch.setattr("frictopt.histories.runs.steady_state", lambda *args, **options: seen.append(args[3]) or fo.steady_state(*args, **options))
     return seen
 
 

@@ -182,8 +182,8 @@ BAD = {
     "no TOML": (["study", "system.npz"], 2, "give a file in TOML"),
     "table": ([*LIMIT, *CORNERS, "--table", "limit.doc"], 2, "'limit.doc'; give a file that ends in"),
     "picture": ([*LIMIT, *CORNERS, "--picture", "nowhere/limit.png"], 2, "'nowhere/limit.png' is in no folder"),
-    "no store": (["merge", "runs.sqlite", "system.npz"], 4, "is no store"),
-    "no part": (["merge", "runs.sqlite", "none.sqlite"], 4, "is no store (there is no such file); give another name"),
+    "no store": (["merge", "runs.sqlite", "system.npz"], 4, "cannot be used (file is not a database)"),
+    "no part": (["merge", "runs.sqlite", "none.sqlite"], 4, "cannot be used (there is no such file); give another name"),
 }
 
 

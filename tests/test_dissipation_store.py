@@ -18,8 +18,8 @@ import pandas as pd
 import pytest
 
 import frictopt as fo
-from frictopt.histories import run
-from frictopt.histories.store import DamagedRows, Store, merge_stores
+from frictopt.histories import runs
+from frictopt.histories.runs import DamagedRows, Store, merge_stores
 from systems import CYCLE, random_system
 
 CONTACT = random_system(np.random.default_rng(3), 3)
@@ -61,7 +61,7 @@ def hang_above():
             time.sleep(1e6)
         return fo.steady_state(*args, **options)
 
-    run.steady_state = steady_state
+    runs.steady_state = steady_state
 
 
 def study(**options):
@@ -157,7 +157,7 @@ def test_files_beside_a_store_are_left_alone(tmp_path):
 def test_a_store_of_another_version_is_refused(file, change):
     changed(file, change)
     for use in (lambda: study(store=file), lambda: fo.results.read_store(file)):
-        with pytest.raises(fo.StoreError, match=r"runs\.sqlite' is of another version of frictopt"):
+        with pytest.raises(fo.StoreError, match=r"runs\.sqlite' .* of another version of frictopt"):
             use()
 
 
@@ -248,7 +248,7 @@ def test_a_run_that_failed_is_tried_again_and_never_replaces_a_result(undisturbe
         return fo.steady_state(*args, **options)
 
     with monkeypatch.context() as patch:
-        patch.setattr(run, "steady_state", late)
+        patch.setattr(runs, "steady_state", late)
         assert (study(store=tmp_path / "runs").outcome == "FAILED").tolist() == 19 * [False] + [True]
     for name in ("first", "last"):
         merge_stores(tmp_path / name, [tmp_path / "runs"])
@@ -257,7 +257,7 @@ def test_a_run_that_failed_is_tried_again_and_never_replaces_a_result(undisturbe
     for into, parts in (("first", ["runs"]), ("runs", ["last"]), ("both", ["runs", "last"])):
         assert merge_stores(tmp_path / into, [tmp_path / part for part in parts]) == len(FACTORS)
         assert set(fo.results.read_store(tmp_path / into).error) == {""}
-    monkeypatch.setattr(run, "steady_state", late)
+    monkeypatch.setattr(runs, "steady_state", late)
     assert study(store=tmp_path / "shared").outcome.iloc[-1] == "FAILED"
     assert set(fo.results.read_store(tmp_path / "shared").error) == {""}
 
@@ -310,7 +310,7 @@ def test_a_full_disk_is_a_clear_error_and_what_is_done_is_kept(tmp_path, undistu
 
 
 def test_a_store_that_goes_away_leaves_the_finished_rows_in_the_error(tmp_path, monkeypatch, undisturbed):
-    follow, done = run._follow, []
+    follow, done = runs._follow, []
 
     def until_gone(*args):
         done.append(args)
@@ -318,7 +318,7 @@ def test_a_store_that_goes_away_leaves_the_finished_rows_in_the_error(tmp_path, 
             (tmp_path / "store").rename(tmp_path / "elsewhere")
         return follow(*args)
 
-    monkeypatch.setattr(run, "_follow", until_gone)
+    monkeypatch.setattr(runs, "_follow", until_gone)
     with pytest.raises(fo.StoreError, match="stay") as caught:
         study(store=tmp_path / "store" / "runs")
     same(caught.value.table, undisturbed.head(4))

@@ -13,9 +13,9 @@ from distributed import Client, LocalCluster
 from scipy import stats
 
 import frictopt as fo
-from frictopt.histories import dissipation, run
+from frictopt.histories import dissipation, runs
+from frictopt.histories.runs import Store, merge_stores
 from frictopt.histories.starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
-from frictopt.histories.store import Store, merge_stores
 from refused import refused
 from systems import CYCLE, ONE_NODE, random_system, system
 
@@ -147,7 +147,7 @@ def test_an_interrupt_leaves_the_finished_rows(contact, factors, starts, table, 
 
     study = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "starts": starts, "store": tmp_path / "runs.sqlite"}
     with monkeypatch.context() as patch:
-        patch.setattr(run, "steady_state", until_interrupted)
+        patch.setattr(runs, "steady_state", until_interrupted)
         with pytest.raises(KeyboardInterrupt) as stop:
             fo.dissipation_study(**study)
     part, (note,) = stop.value.table, stop.value.__notes__
@@ -180,7 +180,7 @@ def test_parts_of_a_study_make_the_whole(contact, factors, starts, table, tmp_pa
     tables = [fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, shard=(k, 3), store=part) for k, part in enumerate(parts, start=1)]
     assert [len(part) for part in tables] == [20, 20, 20]
     assert merge_stores(tmp_path / "whole", parts) == len(table)
-    monkeypatch.setattr(run, "steady_state", lambda *_args, **_options: pytest.fail("followed again"))
+    monkeypatch.setattr(runs, "steady_state", lambda *_args, **_options: pytest.fail("followed again"))
     whole = fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, store=tmp_path / "whole")
     pd.testing.assert_frame_equal(results(whole), results(table), check_exact=True)
 
@@ -240,8 +240,8 @@ def test_few_runs_are_spread_and_many_are_tasks_that_end_in_time(contact, starts
     few = Foreign(Future.set_result)
     fo.dissipation_study(contact, CYCLE, 0.4, factors, executor=few)
     assert few.sizes == [1, 1, 1]
-    monkeypatch.setattr(run, "_TASKS", 20)
-    monkeypatch.setattr(run, "_SECONDS", seconds)
+    monkeypatch.setattr(runs, "_TASKS", 20)
+    monkeypatch.setattr(runs, "_SECONDS", seconds)
     write, written = Store.write, []
     monkeypatch.setattr(Store, "write", lambda self, rows: written.append(len(rows)) or write(self, rows))
     many = Foreign(Future.set_result)

@@ -11,7 +11,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.histories.run import Case
+from frictopt.histories.runs import Case
 from frictopt.limits.question import pose
 from frictopt.transients.exact.path import turning_corners
 from oracle import Oracle

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.histories import range_starts
+from frictopt.histories import excursion, range_search
 from frictopt.histories.excursion import _drawn
 from frictopt.histories.protocols import REST, SLIP, TransientsAfter
 from frictopt.histories.starts import LoadStep
@@ -43,14 +43,14 @@ def test_nothing_done_to_the_worst_start_is_the_guaranteed_limit(paper_punch):
 @pytest.mark.parametrize("told", [True, False])
 def test_a_node_that_stays_open_leaves_the_worst_start_as_it_is(told, monkeypatch):
     """Also where solvers cannot tell that no slip holds all nodes closed."""
-    honest = range_starts.furthest
+    honest = range_search.furthest
 
     def furthest(task, *asked):
         if not told and not task.open.any() and task.system.nodes == 3:
             raise fo.SolverError("infeasible_inaccurate")
         return honest(task, *asked)
 
-    monkeypatch.setattr(range_starts, "furthest", furthest)
+    monkeypatch.setattr(range_search, "furthest", furthest)
     pair = system(*FIRST_PAIR)
     blocks = [np.pad(block, (0, 1)) for block in (pair.A, pair.B, pair.C)]
     for block in blocks[::2]:
@@ -59,7 +59,7 @@ def test_a_node_that_stays_open_leaves_the_worst_start_as_it_is(told, monkeypatc
     contact = fo.ContactSystem.from_blocks(*blocks, np.arange(3), loads, [0, 0, 5])
     one, other = (fo.limit_after_protocol(which, CYCLE, 0.6, start="worst", tolerance=1e-5) for which in (pair, contact))
     assert other.load_factor == pytest.approx(one.load_factor, abs=2e-5 * one.shakedown_limit) and len(other.starts) == len(one.starts) > 2
-    cure, same = (fo.least_excursion(which, CYCLE, 0.6, 0.6, excursion={"mean": -0.95}, samples=5) for which in (pair, contact))
+    cure, same = (fo.least_excursion(which, CYCLE, 0.6, 0.6, excursion={"mean": -0.95}) for which in (pair, contact))
     assert cure.share == pytest.approx(same.share, abs=0.01) and 0 < cure.share < 1
 
 
@@ -125,7 +125,7 @@ def test_the_least_tension_and_the_least_unloading_that_cure(paper_punch):
 @pytest.mark.parametrize("way", [{"P": 9.0}, {"sigma": -5.0}])
 def test_neither_pressing_harder_nor_compression_cures(way, paper_punch):
     load_factor = 0.9 * fo.shakedown_limit(paper_punch(16), PULL, 0.7).load_factor
-    one = fo.least_excursion(paper_punch(16), PULL, 0.7, load_factor, excursion=way, samples=0)
+    one = fo.least_excursion(paper_punch(16), PULL, 0.7, load_factor, excursion=way)
     assert one.share == np.inf and one.loads is None and one.sampled == 0 and set(one.tried["outcome"]) == {"slip"}
 
 
@@ -169,8 +169,9 @@ def test_a_random_start_that_keeps_slipping_is_one_more_until_fresh_ones_rest(mo
         return followed[-1][2]
 
     monkeypatch.setattr(TransientsAfter, "outcome", follow)
+    monkeypatch.setattr(excursion, "_SAMPLES", 8)
     load_factor = 0.9 * fo.shakedown_limit(contact, CYCLE, 0.7).load_factor
-    found = fo.least_excursion(contact, CYCLE, 0.7, load_factor, excursion={"mean": -0.95}, samples=8)
+    found = fo.least_excursion(contact, CYCLE, 0.7, load_factor, excursion={"mean": -0.95})
     before, last = followed[:-8], followed[-8:]
     assert found.sampled == 8 and {outcome for *_, outcome in last} == {REST}
     assert [loads for loads, *_ in last] == [[found.loads["mean"]]] * 8

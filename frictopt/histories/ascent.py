@@ -12,7 +12,7 @@ from typing import cast
 import numpy as np
 from scipy.optimize import linprog
 
-from ..contact import CONDENSATION, ROUNDING, Array, Booleans, parted
+from ..contact import CONDENSATION, ROUNDING, Array, parted
 from ..transients.begin import OPEN, STICK, Transient
 from ..transients.exact import ExactPath, ReturnMap, return_map
 from ..transients.stepped import Point, SteppedPath
@@ -22,32 +22,15 @@ _TIGHTEST = 2  # events whose bounds each locked node keeps in the program: the 
 
 
 class Ascent:
-    """Changes of a periodic orbit, by which its work grows (sense 1) or falls (sense -1).
+    """Changes of a periodic orbit, by which its work grows (sense 1) or falls (sense -1); NoContinuation, SolverError: its cycle has no derivative.
 
-    Parameters
-    ----------
-    path
-        The transient that is on the orbit, at the last corner.
-    sense
-        1 for more work, -1 for less.
-    most
-        (N,) largest slip of the changed orbit at the last corner, length; None for no bound.
-
-    Attributes
-    ----------
-    before
-        (N,) or (N, 2) slip of the orbit there, length.
-
-    Raises
-    ------
-    NoContinuation, SolverError
-        The orbit's cycle has no derivative.
+    The path is on the orbit, at the last corner, where the slip is `before`, (N,) or (N, 2), length, and at most `most`, (N,), if that is given.
     """
 
     def __init__(self, path: Transient, sense: int, most: Array | None) -> None:
         tangents, n = path.system.tangents, path.nodes
         cycle = increment_map(path) if isinstance(path, SteppedPath) else return_map(cast(ExactPath, path))
-        self._most, self._before = most, cycle.before[:-n].reshape(tangents, n)
+        self.path, self._most, self._before = path, most, cycle.before[:-n].reshape(tangents, n)
         self.before, _ = parted(cycle.before, tangents + 1)
         follow = _followed(cycle, tangents)
         self._slip = follow[:-n].reshape(tangents, n, -1)
@@ -55,18 +38,9 @@ class Ascent:
         self._bounds = _bounds(path, cycle, follow) if self._gain.any() else None
 
     def step(self, radius: float) -> tuple[Array, float] | None:
-        """The change within a radius that changes the work most.
+        """The change of the slip, (N,) or (N, 2), by at most a radius at a locked node, length, that changes the work most; and by how much, >= 0.
 
-        Parameters
-        ----------
-        radius
-            Largest change of a locked slip, length.
-
-        Returns
-        -------
-        change, gain
-            (N,) or (N, 2) change of the slip, length, and by how much the work then changes in first order, >= 0; None where no node is locked,
-            nothing changes the work, or the slip exceeds its bound already.
+        The latter is of first order. None where no node is locked, nothing changes the work, or the slip exceeds its bound already.
         """
         if self._bounds is None:
             return None
@@ -138,27 +112,21 @@ def increment_map(path: SteppedPath) -> ReturnMap:
         dq + f dp e + f p (1 - e e^T) (dv - dv') / |d| = 0,   e = d / |d|,        dq = dp = 0 at open nodes
 
     In the plane the term with `1 - e e^T` vanishes. The work of an increment is the way slid times the mean bound, as `SteppedPath` counts it.
-
-    Raises
-    ------
-    NoContinuation, SolverError
-        An increment has no valid answer.
+    NoContinuation, SolverError: an increment has no valid answer.
     """
     begin, points = path.state, copy(path).follow(path.legs)
     n, m, S, f = path.nodes, len(begin.u), path.system.S, path.friction
     D = np.diag(np.r_[np.ones(m - n), np.zeros(n)])  # a gap follows from the slips of the others
     gradient, derivatives, previous = np.zeros(m), [], begin
     for point in points:
-        slips = (point.status != STICK) & (point.status != OPEN)
         d = (point.u - previous.u)[:-n].reshape(-1, n)
         size = np.linalg.norm(d, axis=0)
-        slips &= size > ROUNDING * np.abs(point.u).max()  # not one that turns to stick within rounding of its bound
-        new = _after(S, f, point, D, slips, d)
-        mean = (previous.r + point.r)[-n:] / 2
-        gradient += (f * np.where(slips, size, 0.0) / 2) @ S[-n:] @ (D + new)
-        for node in np.flatnonzero(slips):
-            along = node + n * np.arange(len(d))
-            gradient += f[node] * mean[node] / size[node] * (d[:, node] @ (new[along] - D[along]))
+        turned = size <= ROUNDING * np.abs(point.u).max()  # to stick, within rounding of its bound
+        slips = ~turned & (point.status != STICK) & (point.status != OPEN)
+        e = np.where(slips, d / np.where(slips, size, 1.0), 0.0)
+        new = _after(S, f, point, D, e, size)
+        bound = f * (previous.r + point.r)[-n:] / 2
+        gradient += (f * np.where(slips, size, 0.0) / 2) @ S[-n:] @ (D + new) + np.tensordot(bound * e, (new - D)[:-n].reshape(-1, n, m))
         D, previous = new, point
         derivatives.append(D)
     return ReturnMap(
@@ -171,19 +139,15 @@ def increment_map(path: SteppedPath) -> ReturnMap:
     )
 
 
-def _after(S: Array, f: Array, point: Point, D: Array, slips: Booleans, d: Array) -> Array:
-    """(M, M) derivative of u after an increment by `d` (t, N) to a state at which some nodes slip, from that before it."""
-    n, t, opened = len(f), len(d), point.status == OPEN
+def _after(S: Array, f: Array, point: Point, D: Array, e: Array, size: Array) -> Array:
+    """(M, M) derivative of u after an increment from that before it: nodes slip along e (t, N), which is zero elsewhere, by a size."""
+    (t, n), slips, opened = e.shape, e.any(axis=0), point.status == OPEN
     moving = np.r_[np.tile(slips | opened, t), opened]
+    across = np.where(slips, f * point.r[-n:] / np.where(slips, size, 1.0), 0.0) * (np.eye(t)[:, :, None] - e[:, None] * e)
     rows, right = S.copy(), np.zeros_like(D)
-    size = np.where(slips, np.linalg.norm(d, axis=0), 1.0)
-    for node in np.flatnonzero(slips):
-        along = node + n * np.arange(t)
-        e = d[:, node] / size[node]
-        across = f[node] * point.r[t * n + node] / size[node] * (np.eye(t) - np.outer(e, e))
-        rows[along] += f[node] * np.outer(e, S[t * n + node])
-        rows[np.ix_(along, along)] += across
-        right[along] = across @ D[along]
+    rows[:-n] += (e[:, :, None] * (f[:, None] * S[-n:])).reshape(t * n, -1)
+    rows[:-n, :-n] += np.block([[np.diag(one) for one in row] for row in across])
+    right[:-n] = np.einsum("abn,bnm->anm", across, D[:-n].reshape(t, n, -1)).reshape(t * n, -1)
     new = np.where(moving[:, None], 0.0, D)
     new[-n:] = 0.0
     new[moving] = np.linalg.solve(rows[np.ix_(moving, moving)], right[moving] - rows[moving] @ new)

@@ -15,8 +15,6 @@ from ..transients import SteadyState, steady_state
 from .dissipation_range import dissipation_range
 
 _SAME_MODE = 1e-2  # two natural frequencies of one mode differ by less: codes write them with few digits
-_COLUMNS = ("load_factor", "displacement", "stiffness", "frequency", "work", "damping")
-_RANGE = ("least_damping", "most_damping", "least_frequency", "most_frequency")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -25,19 +23,15 @@ class DampingCurve(Shown, Plotted):
 
     Attributes
     ----------
-    load_factor
-        (K,) amplitudes of the load.
-    displacement
-        (K,) half the range of the load's displacement over the steady cycle that a contact without residual slip reaches.
-    stiffness
-        (K,) secant stiffness, load factor over displacement.
+    load_factor, displacement, stiffness
+        (K,) amplitudes of the load, half the range of its displacement over the steady cycle that a contact without residual slip reaches, and the
+        former over the latter.
     frequency
-        (K,) `sqrt(stiffness) / (2 pi)`, in cycles per unit of time, of a load that is said to be that of a mass-normalised mode, by its
-        `natural_frequency`; NaN of every other load, for then the stiffness is not that of a modal mass of 1.
-    work, damping
-        (K,) work of friction per cycle, and the damping ratio `work / (2 pi load_factor displacement)`.
-    exponent
-        (K,) `d ln work / d ln load_factor`, from the neighbouring load factors; NaN where one of them has no work.
+        (K,) `sqrt(stiffness) / (2 pi)`, in cycles per unit of time, of the load of a mass-normalised mode, which has a `natural_frequency`; NaN of
+        every other load, for then the stiffness is not that of a modal mass of 1.
+    work, damping, exponent
+        (K,) work of friction per cycle, damping ratio `work / (2 pi load_factor displacement)`, and `d ln work / d ln load_factor` from the
+        neighbouring load factors, NaN where one of them has no work.
     least_damping, most_damping, least_frequency, most_frequency
         (K,) the least and the largest values of all steady states found over the residual slips, see `dissipation_range`: they occur; the true range
         may be wider. NaN without a range, and the frequencies where `frequency` is.
@@ -53,12 +47,9 @@ class DampingCurve(Shown, Plotted):
     >>> import frictopt as fo
     >>> loads = {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])}
     >>> slider = fo.ContactSystem.from_blocks([[3.0]], [[0.0]], [[1.0]], [0.0], loads, compliance=[[0, 0], [0, 1]])
-    >>> cycle = fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}])
-    >>> curve = fo.damping_curve(slider, cycle, friction=0.5, load_factors=[0.4, 1.0])
-    >>> curve.to_frame()[["load_factor", "displacement", "work"]].round(6)
-       load_factor  displacement      work
-    0          0.4      0.400000  0.000000
-    1          1.0      1.166667  0.333333
+    >>> curve = fo.damping_curve(slider, fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}]), friction=0.5, load_factors=[0.4, 1.0])
+    >>> curve.displacement.round(6), curve.work.round(6)
+    (array([0.4     , 1.166667]), array([0.      , 0.333333]))
     """
 
     load_factor: Array
@@ -67,11 +58,11 @@ class DampingCurve(Shown, Plotted):
     frequency: Array
     work: Array
     damping: Array
-    exponent: Array
     least_damping: Array
     most_damping: Array
     least_frequency: Array
     most_frequency: Array
+    exponent: Array
     natural_frequency: float
     guaranteed_limit: float
     shakedown_limit: float
@@ -79,11 +70,12 @@ class DampingCurve(Shown, Plotted):
 
     def to_frame(self) -> pd.DataFrame:
         """The DataFrame of the load factors, one row each: columns load_factor, displacement, .., most_frequency, exponent."""
-        return pd.DataFrame({name: getattr(self, name) for name in (*_COLUMNS, *_RANGE, "exponent")})
+        return pd.DataFrame({name: value for name, value in vars(self).items() if isinstance(value, np.ndarray)})
 
     def _answer(self) -> Mapping[str, object]:
-        mode = {"least_frequency": float(self.frequency.min()), "natural_frequency": self.natural_frequency}
-        said = {"load_factors": len(self.load_factor), "largest_damping": float(self.damping.max())} | (mode if mode["natural_frequency"] > 0 else {})
+        said = {"load_factors": len(self.load_factor), "largest_damping": float(self.damping.max())}
+        if self.natural_frequency > 0:
+            said |= {"least_frequency": float(self.frequency.min()), "natural_frequency": self.natural_frequency}
         return said | {name: getattr(self, name) for name in ("guaranteed_limit", "shakedown_limit", "residual")}
 
 
@@ -107,25 +99,18 @@ def damping_curve(
 
     Parameters
     ----------
-    system
-        The contact, with its `compliance` or else with a `natural_frequency`.
-    cycle
-        Mean load (bolts, preload), and two opposed corners, `{"mode": 1.0}` and `{"mode": -1.0}`.
-    friction
-        Coefficient of friction, one or one per node.
-    load_factors
-        (K,) load factors, > 0 and rising.
+    system, friction
+        The contact, with its `compliance` or else with a `natural_frequency`, and its coefficient of friction, one or one per node.
+    cycle, load_factors
+        Mean load (bolts, preload), and two opposed corners, `{"mode": 1.0}` and `{"mode": -1.0}`; (K,) load factors, > 0 and rising.
     natural_frequency
         That of the glued contact, in cycles per unit of time, where the load of amplitude 1 is that of a mass-normalised mode. It may differ by 1 %
         from what the compliance says, which counts. None: the load is no mode, and has no frequency.
     range
         Whether to search the residual slips for the least and the most damping. Up to a guaranteed limit that is proven it is zero, and there is no
-        search.
-        In space it takes hundreds of transients in increments for each load factor, see `dissipation_range`.
-    steps
-        Number of increments from corner to corner. None: the exact path in the plane, 20 in space.
-    progress
-        Show a bar where the transients of a load factor take more than two seconds.
+        search. In space it takes hundreds of transients in increments for each load factor, see `dissipation_range`.
+    steps, progress
+        Number of increments from corner to corner (None: the exact path in the plane, 20 in space), and whether to show a bar after two seconds.
 
     Raises
     ------
@@ -152,52 +137,37 @@ def damping_curve(
     if not len(factors) or not (np.diff(factors, prepend=0.0) > 0).all():
         raise ModelError(f"load_factors: {factors.tolist()}; give load factors that rise, the first one above 0")
     system, compliance = _with_compliance(system, direction, natural_frequency)
-    mode = np.nan if natural_frequency is None else 1.0
-    safe = shakedown_limit(system, cycle, f).load_factor
-    guaranteed = guaranteed_limit(system, cycle, f)
-    rows, spans, residuals = [], [], []
+    safe, guaranteed = shakedown_limit(system, cycle, f).load_factor, guaranteed_limit(system, cycle, f)
+    seen, residuals = [], []
     for factor in factors:
         states = [steady_state(system, cycle, f, factor, steps=steps, progress=progress)]
+        residuals.append(states[0].residual)
         if searched and not (guaranteed.proven and factor <= guaranteed.load_factor):
             found = dissipation_range(system, cycle, f, factor, steps=steps, progress=progress)
             residuals.append(found.residual)
             states += [state for state in found.steady_states if state.outcome is not Outcome.RATCHETING]
-        residuals.append(states[0].residual)
-        seen = np.array([_measured(state, direction, compliance) for state in states])
-        damping, frequency = _damping(factor, *seen.T), _frequency(factor, seen[:, 0]) * mode
-        rows.append(seen[0])
-        spans.append([damping.min(), damping.max(), frequency.min(), frequency.max()] if searched else [np.nan] * 4)
-    displacement, work = np.array(rows).T
-    with np.errstate(divide="ignore", invalid="ignore"):
-        logs = np.where(work > 0, np.log(work), np.nan)
-    frequency = _frequency(factors, displacement) * mode
-    columns = factors, displacement, factors / displacement, frequency, work, _damping(factors, displacement, work)
+        seen += [(factor, *_measured(state, direction, compliance)) for state in states]
+    table = pd.DataFrame(seen, columns=["load_factor", "displacement", "work"])
+    table["stiffness"] = table["load_factor"] / table["displacement"]
+    table["frequency"] = np.nan if natural_frequency is None else np.sqrt(table["stiffness"]) / (2 * np.pi)
+    table["damping"] = table["work"] / table["displacement"] / table["load_factor"] / (2 * np.pi)  # the product of two tiny ones would be 0
+    curve = table.drop_duplicates("load_factor").set_index("load_factor", drop=False)  # the first state is that without residual slip
+    logs = np.log(curve["work"].where(curve["work"] > 0))
+    curve["exponent"] = np.gradient(logs, np.log(factors)) if len(factors) > 1 else np.nan
+    for name in ("damping", "frequency"):
+        ends = table.groupby("load_factor")[name]
+        curve[f"least_{name}"], curve[f"most_{name}"] = (ends.min(), ends.max()) if searched else (np.nan, np.nan)
     return DampingCurve(
-        **{name: frozen(column) for name, column in zip((*_COLUMNS, *_RANGE), (*columns, *np.transpose(spans)), strict=True)},
-        exponent=frozen(np.gradient(logs, np.log(factors)) if len(factors) > 1 else [np.nan]),
-        natural_frequency=float(_frequency(1.0, compliance) * mode),
+        **{name: frozen(column) for name, column in curve.items()},
+        natural_frequency=np.nan if natural_frequency is None else float(compliance**-0.5 / (2 * np.pi)),
         guaranteed_limit=guaranteed.load_factor,
         shakedown_limit=safe,
         residual=max(residuals),
     )
 
 
-def _damping(force: Array | float, displacement: Array, work: Array) -> Array:
-    return np.asarray(work / displacement / force / (2 * np.pi))  # the product of two tiny ones would be 0
-
-
-def _frequency(force: Array | float, displacement: Array | float) -> Array:
-    return np.asarray(np.sqrt(force / displacement) / (2 * np.pi))
-
-
 def _measured(steady: SteadyState, direction: Array, compliance: float) -> tuple[float, float]:
-    """Half range of the displacement of a load, by its amplitudes (cases,) and its compliance, and work per cycle.
-
-    Raises
-    ------
-    NoContinuation
-        It ratchets.
-    """
+    """Half range of the displacement of a load, by its amplitudes (cases,) and its compliance, and work per cycle."""
     if steady.outcome is Outcome.RATCHETING:
         raise NoContinuation(f"damping: the contact ratchets at load factor {steady.load_factor:g}, so its displacement has no range; load it less")
     if steady.outcome is Outcome.SHAKEDOWN and steady.friction.all() and not steady.open.any():
@@ -212,9 +182,7 @@ def _direction(system: ContactSystem, cycle: LoadCycle) -> Array:
     corners = [np.array([corner.get(case, 0.0) for case in system.bonded]) for corner in cycle.corners]
     reactions(system, cycle.corners)  # says which load case is unknown
     if cycle.fixed or len(corners) != 2 or not np.array_equal(corners[0], -corners[1]) or not corners[0].any():
-        raise ModelError(
-            f"cycle: {cycle}; give two opposed corners, such as [{{'mode': 1.0}}, {{'mode': -1.0}}], around a mean load, and no fixed part"
-        )
+        raise ModelError(f"cycle: {cycle}; give two opposed corners, [{{'mode': 1.0}}, {{'mode': -1.0}}], around a mean load, and no fixed part")
     return corners[0]
 
 
@@ -223,9 +191,7 @@ def _with_compliance(system: ContactSystem, direction: Array, natural_frequency:
     given = None if natural_frequency is None else (2 * np.pi * finite_number("natural_frequency", natural_frequency, above=0.0)) ** -2
     if system.compliance is None:
         if given is None:
-            raise ModelError(
-                "natural_frequency: None, and the system has no compliance; `condense` finds the compliance; of a mode give the frequency"
-            )
+            raise ModelError("natural_frequency: None, and the system has no compliance, which `condense` finds; of a mode give the frequency")
         return replace(system, compliance=given * np.outer(direction, direction) / (direction @ direction) ** 2), given
     own = float(direction @ system.compliance @ direction)
     if not own > ROUNDING * np.abs(system.compliance).max():

@@ -8,13 +8,14 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import Array, ContactSystem, LoadCycle, Plotted, Shown, checked_loads, finite_number, frozen, warns_of_odd_values, whole_number
+from ..contact import Array, ContactSystem, LoadCycle, Plotted, Shown, checked_loads, finite_number, frozen, warns_of_odd_values
 from ..errors import ModelError
-from .load_steps import LoadStep
 from .protocols import REST, TransientsAfter, first_change
-from .starts import smooth, smooth_modes, spread
+from .starts import LoadStep, smooth, smooth_modes, spread
 
-_DECADES = -1.0, 1.0  # of the size of sampled slips, over the spread of the largest start
+_SHARES, _NARROW = np.arange(1, 21) / 20, 1e-3  # shares of an excursion that are tried, and width of the last interval
+_SAMPLES = 60  # random slips in a row that an excursion has to bring to rest
+_DECADES = -1.0, 1.0  # powers of ten of the size of random slips, over the spread of the largest start
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -23,10 +24,9 @@ class LeastExcursion(Shown, Plotted):
 
     Attributes
     ----------
-    share
-        Least share of the excursion, from 0 (it comes to rest without) to 1; inf if none does.
-    loads
-        The load at which the excursion turns, load case name -> amplitude; None if none does.
+    share, loads
+        Least share of the excursion, from 0 (it comes to rest without) to 1, and the load at which it turns, load case name -> amplitude; inf and
+        None if none brings it to rest.
     start
         (N,), in space (N, 2), the start that is hardest to bring to rest, length: of the starts tried, the last one that needed more.
     sampled
@@ -35,21 +35,16 @@ class LeastExcursion(Shown, Plotted):
     tried
         DataFrame, one row for each share tried on the start that was hardest then: share; outcome, "rest", "slip", or "UNDECIDED" where the transient
         has no result, for example because the contact slides or opens as a whole.
-    transients
-        Number of transients followed.
-    residual
-        Largest residual of their steady states. At most 1e-9.
+    transients, residual
+        Number of transients followed, and largest residual of their steady states, at most 1e-9.
 
     Examples
     --------
     >>> import frictopt as fo
-    >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
-    >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
-    >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
-    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> tension = fo.least_excursion(pair, cycle, friction=0.6, load_factor=0.6, excursion={"Q": 3.0})
-    >>> tension.share < 1, tension.to_frame()["outcome"].iloc[0]
-    (True, 'slip')
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> fo.least_excursion(rod, cycle, friction=0.5, load_factor=0.4, excursion={"pressure": -0.5}, start="assembled").share
+    0.0
     """
 
     _said = ("share", "loads", "sampled", "transients", "residual")
@@ -75,37 +70,23 @@ def least_excursion(
     *,
     excursion: Mapping[str, float],
     start: str | ArrayLike = "worst",
-    samples: int = 60,
-    scan: int = 20,
-    tolerance: float = 1e-3,
     steps: int | None = None,
 ) -> LeastExcursion:
     """Find the least excursion from the mean load and back after which the contact comes to rest.
 
-    The excursion goes in a straight line to the mean load plus a share of `excursion`. Shares are tried in even steps on the start that is hardest
-    so far, and a bisection narrows the interval below the first one that brings it to rest. All other starts are then tried at this share, and after
-    them random slips that were not tried before; one that keeps slipping becomes the hardest, and the search goes on from there, until so many random
-    slips in a row come to rest. What happens at other shares is not known, nor from other starts, of which some may need more: see `sampled`.
+    The excursion goes in a straight line to the mean load plus a share of `excursion`. Twenty even shares are tried on the start that is hardest so
+    far, and a bisection narrows the interval below the first one that brings it to rest to a thousandth. All other starts are then tried at this
+    share. Where `start` is "worst", random slips that were not tried before follow. One that keeps slipping becomes the hardest, and the search goes
+    on from there, until 60 random slips in a row come to rest. What happens at other shares is not known, nor from other starts, of which some may
+    need more: see `sampled`.
 
     Parameters
     ----------
-    system, cycle
-        The contact and its load cycle.
-    friction
-        Coefficient of friction, one or one per node.
-    load_factor
-        Load factor, >= 0.
+    system, cycle, friction, load_factor
+        The contact, its load cycle, its coefficient of friction, one or one per node, and the load factor, >= 0.
     excursion
         Largest excursion, load case name -> change of its amplitude.
-    start
-        As in `limit_after_protocol`.
-    samples
-        Number of random slips in a row that have to come to rest, where `start` is "worst".
-    scan
-        Number of steps.
-    tolerance
-        Width of the last interval of shares.
-    steps
+    start, steps
         As in `limit_after_protocol`.
 
     Raises
@@ -133,10 +114,8 @@ def least_excursion(
     if not any(largest.values()):
         raise ModelError("excursion: no load changes; give load case name -> change of its amplitude")
     system.reaction(largest)
-    samples, scan = whole_number("samples", samples, least=0), whole_number("scan", scan, least=1)
-    tolerance = finite_number("tolerance", tolerance, above=0.0, below=1.0)
-    samples = samples if transients.worst else 0
-    drawn = _drawn(np.random.default_rng(0), system, max(spread(start) for start in transients.starts))
+    samples = _SAMPLES if transients.worst else 0
+    drawn = _drawn(np.random.default_rng(0), system, max(map(spread, transients.starts)))
     tried: list[tuple[float, str]] = []
 
     def turning(share: float) -> LoadStep:
@@ -149,26 +128,21 @@ def least_excursion(
         tried.append((share, outcome(share, hardest)))
         return tried[-1][1] == REST
 
-    def slipping(starts: Iterable[Array]) -> list[Array]:
-        return list(islice((start for start in starts if outcome(share, start) != REST), 1))
+    def slipping(starts: Iterable[Array]) -> Array | None:
+        return next((start for start in starts if outcome(share, start) != REST), None)
 
     share, hardest = 0.0, transients.starts[0]
     while np.isfinite(share):
-        if not (found := slipping(transients.starts)):
-            transients.starts += (found := slipping(islice(drawn, samples)))
-        if not found:
-            break
-        (hardest,) = found
-        share = first_change(rests, np.arange(1, scan + 1) / scan, share, tolerance)[1]
-    return LeastExcursion(
-        share=share,
-        loads=turning(share).loads if np.isfinite(share) else None,
-        start=frozen(hardest),
-        sampled=samples if np.isfinite(share) else 0,
-        tried=pd.DataFrame(tried, columns=["share", "outcome"]),
-        transients=transients.count,
-        residual=transients.residual,
-    )
+        if (found := slipping(transients.starts)) is None:
+            if (found := slipping(islice(drawn, samples))) is None:
+                break
+            transients.starts.append(found)
+        hardest = found
+        share = first_change(rests, _SHARES, share, _NARROW)[1]
+    known = bool(np.isfinite(share))
+    table = pd.DataFrame(tried, columns=["share", "outcome"])
+    loads = turning(share).loads if known else None
+    return LeastExcursion(share, loads, frozen(hardest), samples if known else 0, table, transients.count, transients.residual)
 
 
 def _drawn(rng: np.random.Generator, system: ContactSystem, size: float) -> Iterator[Array]:

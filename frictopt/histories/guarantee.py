@@ -42,11 +42,9 @@ class GuaranteeCheck(Shown):
     Examples
     --------
     >>> import frictopt as fo
-    >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
-    >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
-    >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
-    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> check = fo.guaranteed_limit(pair, cycle, friction=0.6).verify(starts=4, moved=0)
+    >>> loads = {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])}
+    >>> slider = fo.ContactSystem.from_blocks([[3.0]], [[0.0]], [[1.0]], [0.0], loads)
+    >>> check = fo.guaranteed_limit(slider, fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}]), friction=0.6).verify(starts=4, moved=0)
     >>> sorted(check.runs.loc[check.runs["share"] < 1, "outcome"].unique())
     ['SHAKEDOWN']
     """
@@ -112,13 +110,14 @@ def verify(limit: GuaranteedLimit, starts: int, moved: int, above: float, seed: 
     high = above * limit.load_factor if next_to is None else small
     changes = _MOVED * size * rng.uniform(-1.0, 1.0, (moved, *system.slip_shape))
     begins = [(high, "witness", limit.slip), *((high, "moved witness", limit.slip + change) for change in changes)]
-    begins += [] if next_to is None else [(least + share * (next_to[0] - least), "witness", next_to[1]) for share in _NEAR]
-    lows = [share * limit.load_factor + (1 - share) * least for share in ((_BELOW,) if least == 0 else (_BELOW, 1 - _BELOW))]
-    for number, low in enumerate(lows if next_to is None else []):
-        count = (starts + number) // len(lows)
-        begins += [(low, kind, slip) for kind, slip in _starts(rng, limit, low, count, size)]
-    rows = [_run(limit, size, *begin) for begin in begins]
-    return GuaranteeCheck(limit, pd.DataFrame(rows), frozen([slip for _, _, slip in begins]))
+    if next_to is not None:
+        begins += [(least + share * (next_to[0] - least), "witness", next_to[1]) for share in _NEAR]
+    else:
+        shares = (_BELOW,) if least == 0 else (_BELOW, 1 - _BELOW)
+        for number, share in enumerate(shares):
+            low = share * limit.load_factor + (1 - share) * least
+            begins += [(low, kind, slip) for kind, slip in _starts(rng, limit, low, (starts + number) // len(shares), size)]
+    return GuaranteeCheck(limit, pd.DataFrame([_run(limit, size, *begin) for begin in begins]), frozen([slip for _, _, slip in begins]))
 
 
 def left_by_overload(limit: GuaranteedLimit, load_factor: float) -> float:
@@ -142,20 +141,15 @@ def _starts(rng: np.random.Generator, limit: GuaranteedLimit, load_factor: float
 
 
 def _run(limit: GuaranteedLimit, size: float, load_factor: float, kind: str, slip: Array) -> dict[str, str | float]:
-    row: dict[str, str | float] = {
-        "load_factor": load_factor,
-        "share": load_factor / limit.load_factor if limit.load_factor > 0 else np.inf,
-        "start": kind,
-        "moved": float(np.abs(slip - limit.slip).max() / size) if "witness" in kind else np.nan,
-    }
+    row: dict[str, str | float] = {"load_factor": load_factor, "share": load_factor / limit.load_factor if limit.load_factor > 0 else np.inf}
+    row |= {"start": kind, "moved": float(np.abs(slip - limit.slip).max() / size) if "witness" in kind else np.nan}
     asked, steps = (limit.system, from_its_middle(limit.cycle, load_factor), limit.friction, 1.0), None if limit.system.tangents == 1 else _STEPS
     try:
         steady = steady_state(*asked, **_begin(limit, load_factor, slip), steps=steps)
     except NoContinuation:
         return row | {"outcome": NO_OUTCOME, "dissipation": np.nan, "cycles": 0, "residual": np.nan}
-    known = steady.work_error < 1  # slip that has nearly died out has no work beside its error
-    found = {name: getattr(steady, name) for name in ("dissipation", "cycles", "residual")}
-    return row | {"outcome": steady.outcome.name if known else NO_OUTCOME, **found}
+    row["outcome"] = steady.outcome.name if steady.work_error < 1 else NO_OUTCOME  # slip that has nearly died out has no work beside its error
+    return row | {name: getattr(steady, name) for name in ("dissipation", "cycles", "residual")}
 
 
 def _begin(limit: GuaranteedLimit, load_factor: float, slip: Array) -> dict[str, Any]:

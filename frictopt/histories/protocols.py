@@ -8,65 +8,45 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle, Outcome, Plotted, Shown, checked_cycle, checked_system, friction_coefficients
-from ..contact.checks import Array, finite_array, finite_number, frozen, listed, warns_of_odd_values, whole_number
+from ..contact.checks import Array, choice, finite_array, finite_number, frozen, listed_parts, warns_of_odd_values, whole_number
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import shakedown_limit
 from ..limits.question import pose
 from ..transients.cycles import Run
 from ..transients.march import path_of
 from ..transients.steady import MOST_CYCLES, reported
-from .load_steps import LoadStep, assemble
-from .range_starts import RangeStarts
+from .range_search import RangeStarts
+from .starts import LoadStep, assemble
 
 REST, SLIP, UNDECIDED = "rest", "slip", "UNDECIDED"
 """What becomes of a contact after a protocol: it comes to rest, slip goes on, or a transient has no result."""
 
 
 class TransientsAfter:
-    """Transients of one contact from its starts through a protocol into its load cycle, counted.
-
-    Parameters
-    ----------
-    system, cycle, friction
-        The contact, its load cycle, and coefficients of friction.
-    start
-        "assembled", "worst", or a slip, (N,) or (N, 2).
-    steps
-        Number of increments, see `path_of`.
-
-    Raises
-    ------
-    ModelError
-        Bad input.
-    """
+    """Transients of one contact from its starts ("assembled", "worst", or a slip) through a protocol into its load cycle, counted."""
 
     def __init__(self, system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, start: str | ArrayLike, steps: int | None) -> None:
         self.system, self.cycle, self.steps = checked_system(system), checked_cycle(cycle), steps
         self.friction = np.array(friction_coefficients(friction, system.nodes))
-        self.assembled, self.worst = (isinstance(start, str) and start == name for name in ("assembled", "worst"))
-        if isinstance(start, str) and not (self.assembled or self.worst):
-            raise ModelError(f"start: {start!r}; give 'assembled', 'worst' or a slip, {'(N,)' if system.tangents == 1 else '(N, 2)'}")
-        extreme = RangeStarts(pose(system, cycle, self.friction), 0.0).under_mean_load.values() if self.worst else ()
-        none = isinstance(start, str)
-        self.starts = [np.zeros(system.slip_shape) if none else finite_array("start", start, system.slip_shape), *extreme]
+        kind = choice("start", start, ("assembled", "worst")) if isinstance(start, str) else ""
+        self.assembled, self.worst = kind == "assembled", kind == "worst"
+        self.starts = [np.zeros(system.slip_shape) if kind else finite_array("start", start, system.slip_shape)]
+        if self.worst:
+            self.starts += RangeStarts(pose(system, cycle, self.friction), 0.0).under_mean_load.values()
         self.count, self.residual = 0, 0.0
 
     def rests(self, load_factor: float, protocol: Sequence[LoadStep]) -> str:
-        """Whether the contact comes to "rest" from all starts, keeps to "slip" from one, or is "UNDECIDED" because a transient has no result.
-
-        A start from which it slips goes to the front of the list, for the next load factor.
-        """
-        undecided = False
+        """Whether the contact comes to rest from all starts; one from which it keeps slipping goes to the front, for the next load factor."""
+        answers = list[str]()
         for number, start in enumerate(self.starts):
-            answer = self.outcome(load_factor, protocol, start)
-            if answer == SLIP:
+            answers.append(self.outcome(load_factor, protocol, start))
+            if answers[-1] == SLIP:
                 self.starts.insert(0, self.starts.pop(number))
                 return SLIP
-            undecided = undecided or answer == UNDECIDED
-        return UNDECIDED if undecided else REST
+        return UNDECIDED if UNDECIDED in answers else REST
 
     def outcome(self, load_factor: float, protocol: Sequence[LoadStep], start: Array) -> str:
-        """The same from one start."""
+        """Whether it does from one start."""
         path = path_of(self.system, self.cycle, self.friction, load_factor, start, steps=self.steps)
         steps = [step.reactions(self.system, load_factor) for step in protocol]
         if steps:
@@ -107,10 +87,9 @@ class LimitAfterProtocol(Shown, Plotted):
 
     Attributes
     ----------
-    load_factor
-        Largest load factor below which the contact comes to rest wherever it was tried.
-    upper
-        Least load factor tried at which it does not; inf if there is none up to the largest one tried.
+    load_factor, upper
+        Largest load factor below which the contact comes to rest wherever it was tried, and least one tried at which it does not; inf if there is
+        none up to the largest one tried.
     shakedown_limit
         lambda_2, which no protocol exceeds while all nodes stay closed.
     starts
@@ -118,21 +97,17 @@ class LimitAfterProtocol(Shown, Plotted):
     tried
         DataFrame, one row for each load factor tried: load_factor; ratio, it over lambda_2; outcome, "rest", "slip" or "UNDECIDED" where a transient
         has no result.
-    transients
-        Number of transients followed.
-    residual
-        Largest residual of their steady states. At most 1e-9.
+    transients, residual
+        Number of transients followed, and largest residual of their steady states, at most 1e-9.
 
     Examples
     --------
     >>> import frictopt as fo
-    >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
-    >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
-    >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
-    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> worst = fo.limit_after_protocol(pair, cycle, friction=0.6, start="worst")
-    >>> round(worst.ratio, 3), worst.monotonic
-    (0.54, True)
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> limit = fo.limit_after_protocol(rod, cycle, friction=0.5)
+    >>> round(limit.ratio, 3), limit.monotonic
+    (1.0, True)
     """
 
     _said = ("load_factor", "ratio", "upper", "monotonic", "transients", "residual")
@@ -179,21 +154,16 @@ def limit_after_protocol(
 
     Parameters
     ----------
-    system, cycle
-        The contact and its load cycle.
-    friction
-        Coefficient of friction, one or one per node.
+    system, cycle, friction
+        The contact, its load cycle, and its coefficient of friction, one or one per node.
     protocol
         Loads that are visited after the start, at the mean load, and before the cycle; the load returns to the mean load in the end.
     start
         "assembled": the mean load grows from a millionth of itself, without slip. "worst": from each extreme slip that the contact can hold under the
         mean load, of which the first that keeps slipping decides. Or a residual slip, (N,) or in space (N, 2), length.
-    up_to
-        Largest load factor tried; None: the shakedown limit.
-    scan
-        Number of load factors tried before the bisection.
-    tolerance
-        Width of the last interval, over the largest load factor tried.
+    up_to, scan, tolerance
+        Largest load factor tried (None: the shakedown limit), number of load factors tried before the bisection, and width of its last interval over
+        the largest load factor tried.
     steps
         Number of increments from load to load. None: the exact path in the plane, 20 in space.
 
@@ -211,16 +181,12 @@ def limit_after_protocol(
     >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
     >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> assembled = fo.limit_after_protocol(pair, cycle, friction=0.6)
-    >>> worst = fo.limit_after_protocol(pair, cycle, friction=0.6, start="worst")
-    >>> unloaded = fo.limit_after_protocol(pair, cycle, friction=0.6, start="worst", protocol=[fo.starts.LoadStep({"P": 0.2})])
-    >>> [round(limit.ratio, 2) for limit in (worst, unloaded, assembled)]
+    >>> unload = [fo.starts.LoadStep({"P": 0.2})]
+    >>> ways = {"start": "worst"}, {"start": "worst", "protocol": unload}, {"start": "assembled"}
+    >>> [round(fo.limit_after_protocol(pair, cycle, friction=0.6, **way).ratio, 2) for way in ways]
     [0.54, 0.85, 1.0]
     """
-    visits = listed("protocol", protocol)
-    for step in visits:
-        if not isinstance(step, LoadStep):
-            raise ModelError(f"protocol: a {type(step).__name__} among its steps; give LoadStep(loads, cyclic)")
+    visits = listed_parts("protocol", protocol, LoadStep)
     transients = TransientsAfter(system, cycle, friction, start, steps)
     limit = shakedown_limit(system, cycle, friction).load_factor
     scan, tolerance = whole_number("scan", scan, least=1), finite_number("tolerance", tolerance, above=0.0, below=1.0)

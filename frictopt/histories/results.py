@@ -8,8 +8,8 @@ from .dissipation_range import DissipationRange
 from .excursion import LeastExcursion
 from .guarantee import GuaranteeCheck
 from .protocols import LimitAfterProtocol
-from .store import DamagedRows, merge_stores, read_store
-from .wear_history import WearHistory
+from .runs import DamagedRows, merge_stores, read_store
+from .wear import WearHistory
 from .worn_in import WornIn
 
 __all__ = [

@@ -1,22 +1,27 @@
 """What a transient starts from: residual slips and earlier states, overloads, and the load steps of a protocol."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
+from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ROUNDING, ContactState, ContactSystem, LoadCycle, checked_system
+from ..contact import ROUNDING, ContactState, ContactSystem, LoadCycle, checked_loads, checked_system, joined, parted
 from ..contact.checks import LARGEST_SEED, Array, check_text, finite_array, finite_number, finite_numbers, frozen, whole_number
 from ..contact.result import Portable
 from ..errors import ModelError
 from ..limits import ShakedownLimit, safe_slip, safe_vertices, shakedown_limit
-from .load_steps import LoadStep, assembled_slip
+from ..transients.begin import Transient
+from ..transients.march import path_of
 
 __all__ = ["LoadStep", "Start", "assembled_slip", "given_slips", "no_slip", "overloads", "random_slips", "safe_slips", "safe_vertices"]
 
 _MODES = 6  # degree of the Chebyshev polynomials that make up a smooth slip
 _MOST = 100_000  # slips of a kind and amplitude; more would fill the memory
+_ASSEMBLED_FROM = 1e-6  # share of the mean load at which assembly begins: at no load at all every node is closed without pressure
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,26 +30,21 @@ class Start(Portable):
 
     Attributes
     ----------
-    family
-        Family of starts: "none", "safe", "smooth", "rough", "overload", "given", or any other name.
-    name
-        Name of the start in tables.
+    family, name
+        Family of starts ("none", "safe", "smooth", "rough", "overload", "given", or any other name), and name of the start in tables.
     slip
-        (N,) residual slip from assembly, in three dimensions (N, 2), length; None: no slip, or a multiple of the safe slip.
+        (N,) residual slip from assembly, in space (N, 2), length; None: no slip, or a multiple of the safe slip.
     safe_multiple
         Multiple of the safe slip at the load factor of the run (at the shakedown limit if that is lower); None: `slip` is given, or there is none.
-    overload
-        Load factor of one extra cycle before all others; None: no overload.
-    seed
-        Seed of a random slip; None: the slip is not random.
+    overload, seed
+        Load factor of one extra cycle before all others, and seed of a random slip; None where there is none.
     state
         An earlier state instead of a slip, whose nodes may be open.
 
     Raises
     ------
     ModelError
-        Names that are no printable texts, numbers that are not finite, a seed that is no whole number, or more than one of slip, multiple of the safe
-        slip, and state.
+        Names that are no printable texts, numbers that are not finite, a seed that is no whole number, or two of slip, multiple and state.
 
     Examples
     --------
@@ -64,25 +64,18 @@ class Start(Portable):
     def __post_init__(self) -> None:
         check_text("family of a start", self.family, "a printable text")
         check_text("name of a start", self.name, "a printable text")
-        of = f"of start {self.name!r}"
-        if self.state is not None and not isinstance(self.state, ContactState):
-            raise ModelError(f"state {of}: a {type(self.state).__name__}; give a ContactState")
+        if not isinstance(self.state, ContactState | None):
+            raise ModelError(f"state of start {self.name!r}: a {type(self.state).__name__}; give a ContactState")
         if sum(one is not None for one in (self.slip, self.safe_multiple, self.state)) > 1:
             raise ModelError(f"start {self.name!r}: it has two of slip, multiple of the safe slip, and state; give one of them")
-        checked = {
-            "slip": None if self.slip is None else _slips(f"slip {of}", self.slip, ()),
-            "safe_multiple": None if self.safe_multiple is None else finite_number(f"safe_multiple {of}", self.safe_multiple),
-            "overload": None if self.overload is None else finite_number(f"overload {of}", self.overload, least=0.0),
-            "seed": None if self.seed is None else whole_number(f"seed {of}", self.seed, least=0, most=LARGEST_SEED),
-        }
-        vars(self).update(checked)
+        for name, check in _CHECKS.items():
+            if (value := getattr(self, name)) is not None:
+                vars(self)[name] = check(f"{name} of start {self.name!r}", value)
 
     def slip_at(
         self, system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, load_factor: float, limit: ShakedownLimit | None = None
     ) -> Array | None:
-        """Residual slip (N,) with which the run at a load factor starts, length; that of its state, if it has one; None: no slip.
-
-        `limit` is the shakedown limit, if it is known.
+        """Residual slip, (N,) or (N, 2), length, of the run at a load factor, with its shakedown limit, if it is known; None: no slip.
 
         Raises
         ------
@@ -91,10 +84,8 @@ class Start(Portable):
         SolverError
             The safe slip, or the shakedown limit, is not found.
         """
-        if self.state is not None:
-            return self.state.slip
         if self.safe_multiple is None:
-            return self.slip
+            return self.slip if self.state is None else self.state.slip
         limit = shakedown_limit(system, cycle, friction) if limit is None else limit
         above = finite_number("load_factor", load_factor, least=0.0) >= limit.load_factor
         return frozen(self.safe_multiple * (limit.slip if above else safe_slip(system, cycle, friction, load_factor).slip))
@@ -127,20 +118,15 @@ def safe_slips(multiples: Iterable[float] = (1.0,)) -> list[Start]:
 def random_slips(system: ContactSystem, amplitudes: Iterable[float], count: int, *, seed: int = 0) -> list[Start]:
     """Random residual slips: for each amplitude `count` smooth ones and as many rough ones.
 
-    Smooth ones are sums of the Chebyshev polynomials 1 to 6 along the interface with normally distributed coefficients, rough ones are independent
-    from node to node; both have zero mean, because the mean only slides one body along the other. In space both slips of a node are sums of products
-    of such polynomials in its coordinates, of degree 1 to 6 in all.
+    Smooth ones are sums of Chebyshev polynomials in the coordinates of the nodes, in space of products of them, of degree 1 to 6 with normally
+    distributed coefficients. Rough ones are independent from node to node. Both have zero mean, for the mean only slides one body along the other.
 
     Parameters
     ----------
-    system
-        The contact, of two nodes or more.
-    amplitudes
-        Root mean square of the slips over the nodes, length.
-    count
-        Number of slips of each kind and amplitude, at most 100,000.
-    seed
-        Seed of the first slip; the next slips have the next seeds.
+    system, amplitudes
+        The contact, of two nodes or more, and root mean squares of the slips over the nodes, length.
+    count, seed
+        Number of slips of each kind and amplitude, at most 100,000, and seed of the first one; the next ones have the next seeds.
 
     Raises
     ------
@@ -158,15 +144,13 @@ def random_slips(system: ContactSystem, amplitudes: Iterable[float], count: int,
         raise ModelError("system: one node; its slip has no shape, give it by given_slips")
     whole_number("count", count, least=1, most=_MOST)
     whole_number("seed", seed, least=0, most=LARGEST_SEED)
-    modes = smooth_modes(system)
-    starts: list[Start] = []
-    for amplitude in finite_numbers("amplitudes", amplitudes, least=0.0):
-        for family in ("smooth", "rough"):
-            for number in range(seed + len(starts), seed + len(starts) + count):
-                rng = np.random.default_rng(number)
-                slip = smooth(rng, modes, system) if family == "smooth" else rng.normal(size=system.slip_shape)
-                slip = slip - slip.mean(axis=0)
-                starts.append(Start(family, f"{family} {amplitude:g} #{number}", frozen(slip * amplitude / root_mean_square(slip)), seed=number))
+    modes, starts = smooth_modes(system), list[Start]()
+    kinds = product(finite_numbers("amplitudes", amplitudes, least=0.0), ("smooth", "rough"), range(count))
+    for number, (amplitude, family, _) in enumerate(kinds, seed):
+        rng = np.random.default_rng(number)
+        slip = smooth(rng, modes, system) if family == "smooth" else rng.normal(size=system.slip_shape)
+        slip = slip - slip.mean(axis=0)
+        starts.append(Start(family, f"{family} {amplitude:g} #{number}", slip * amplitude / root_mean_square(slip), seed=number))
     return starts
 
 
@@ -191,6 +175,12 @@ def spread(slip: Array) -> float:
     return float(np.ptp(slip, axis=0).max())
 
 
+def root_mean_square(slip: Array) -> float:
+    """Root mean square over the nodes, the same for any size of the numbers."""
+    largest = float(np.abs(slip).max()) or 1.0
+    return largest * float(np.sqrt(np.mean((slip / largest) ** 2)))
+
+
 def overloads(load_factors: Iterable[float]) -> list[Start]:
     """Starts without residual slip that begin with one cycle at each of these load factors.
 
@@ -204,7 +194,7 @@ def overloads(load_factors: Iterable[float]) -> list[Start]:
 
 
 def given_slips(slips: ArrayLike, *, family: str = "given") -> list[Start]:
-    """Starts from given residual slips (S, N), in three dimensions (S, N, 2), length.
+    """Starts from given residual slips (S, N), in space (S, N, 2), length.
 
     Examples
     --------
@@ -212,45 +202,99 @@ def given_slips(slips: ArrayLike, *, family: str = "given") -> list[Start]:
     >>> [start.name for start in fo.starts.given_slips([[0.1, 0.0], [0.0, 0.1]], family="measured")]
     ['measured 0', 'measured 1']
     """
-    return [
-        Start(family, f"{family} {number}", slip)
-        for number, slip in enumerate(_slips("slips", list(slips) if isinstance(slips, Iterator) else slips, (None,)))
-    ]
+    rows = _slips("slips", list(slips) if isinstance(slips, Iterator) else slips, (None,))
+    return [Start(family, f"{family} {number}", slip) for number, slip in enumerate(rows)]
 
 
-def checked_starts(starts: Sequence[Start] | ArrayLike | None, slip_shape: tuple[int, ...]) -> list[Start]:
-    """Check starts for a contact: a list of `Start`, an array of slips, (S, *slip_shape), or None.
-
-    Raises
-    ------
-    ModelError
-        Neither of these, none at all, slips of another number of nodes, or two starts of one name.
-    """
-    starts = no_slip() if starts is None else list(starts) if isinstance(starts, Iterator) else starts
-    if isinstance(starts, Sequence) and not starts:
-        raise ModelError("starts: empty; give at least one start")
-    if not np.iterable(starts) or not any(isinstance(start, Start) for start in starts):
-        starts = given_slips(finite_array("starts", starts, (None, *slip_shape)))
-    names = set()
-    for start in starts:
-        if not isinstance(start, Start):
-            raise ModelError(f"starts: a {type(start).__name__} among starts; make starts of slips by given_slips, and add lists up")
-        slip = start.slip if start.state is None else start.state.slip
-        if slip is not None and slip.shape != slip_shape:
-            raise ModelError(f"starts: start {start.name!r} has a slip of shape {slip.shape}, the contact needs {slip_shape}")
-        if start.name in names:
-            raise ModelError(f"starts: two starts are called {start.name!r}; give them different names or seeds")
-        names.add(start.name)
-    return list(starts)
-
-
-def _slips(name: str, values: ArrayLike, axes: tuple[None, ...]) -> Array:
-    """Check slips (*axes, N), or (*axes, N, 2) in three dimensions."""
+def _slips(name: str, values: ArrayLike, axes: tuple[None, ...] = ()) -> Array:
+    """Check slips (*axes, N), or in space (*axes, N, 2)."""
     array = finite_array(name, values)
     return array if array.ndim == len(axes) + 2 and array.shape[-1] == 2 else finite_array(name, array, (*axes, None))
 
 
-def root_mean_square(slip: Array) -> float:
-    """Root mean square over the nodes, the same for any size of the numbers."""
-    largest = float(np.abs(slip).max()) or 1.0
-    return largest * float(np.sqrt(np.mean((slip / largest) ** 2)))
+_CHECKS: dict[str, Callable[[str, Any], object]] = {
+    "slip": _slips,
+    "safe_multiple": finite_number,
+    "overload": partial(finite_number, least=0.0),
+    "seed": partial(whole_number, least=0, most=LARGEST_SEED),
+}
+
+
+@dataclass(frozen=True)
+class LoadStep:
+    """One load of a protocol, `loads + lam * cyclic`; the load goes there in a straight line.
+
+    Parameters
+    ----------
+    loads, cyclic
+        Load case name -> amplitude: the part that does not depend on the load factor, and the part that it multiplies.
+
+    Raises
+    ------
+    ModelError
+        A name that is not a text, or an amplitude that is not finite.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> fo.starts.LoadStep({"P": 0.3}, {"sigma": 1.0})
+    LoadStep(loads={'P': 0.3}, cyclic={'sigma': 1.0})
+    """
+
+    loads: Mapping[str, float]
+    cyclic: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        vars(self).update(loads=checked_loads("loads", self.loads), cyclic=checked_loads("cyclic", self.cyclic))
+
+    def __repr__(self) -> str:
+        return f"LoadStep(loads={dict(self.loads)}, cyclic={dict(self.cyclic)})"
+
+    def reactions(self, system: ContactSystem, load_factor: float) -> Array:
+        """Bonded reactions `[q, p]` at a load factor, in the order of S: (2N,), force per depth; (3N,), force, in space.
+
+        Raises
+        ------
+        ModelError
+            Not a contact system, load cases that it does not have, or a bad load factor.
+        """
+        load_factor = finite_number("load_factor", load_factor, least=0.0)
+        checked_system(system)
+        return joined(*system.reaction(self.loads)) + load_factor * joined(*system.reaction(self.cyclic))
+
+
+def assembled_slip(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, steps: int | None = None) -> Array:
+    """Slip, (N,) or (N, 2), length, under the mean load, which grew from a millionth of itself before anything had slipped.
+
+    Parameters
+    ----------
+    system, cycle, friction
+        The contact, its load cycle, of which only the mean load counts, and its coefficient of friction, one or one per node.
+    steps
+        Number of increments in which the load grows. None: the exact path in the plane, 20 in space.
+
+    Raises
+    ------
+    ModelError
+        Bad input.
+    NoContinuation
+        The path ends, for example because the mean load opens the contact or makes it slide as a whole.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> bonded = {"P": ([0.8, 0.0], [1.0, 1.0]), "Q": ([1.0, 0.0], [0.0, 0.0])}
+    >>> pair = fo.ContactSystem.from_blocks([[1.0, -0.4], [-0.4, 1.0]], [[0.0, 0.0], [0.0, 0.0]], [[1.0, 0.0], [0.0, 1.0]], [0.0, 1.0], bonded)
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> fo.starts.assembled_slip(pair, cycle, friction=0.6).round(9)
+    array([-0.2,  0. ])
+    """
+    path = path_of(system, cycle, friction, 0.0, steps=steps)
+    assemble(path)
+    return frozen(parted(path.state.u, system.tangents + 1)[0])
+
+
+def assemble(path: Transient) -> None:
+    """Follow a path that has not begun through assembly, to the mean load."""
+    path.follow_to(_ASSEMBLED_FROM * path.mean, "the segment to the load at which assembly begins")
+    path.follow_to(path.mean, "the segment to the mean load")

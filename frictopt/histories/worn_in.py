@@ -12,7 +12,7 @@ from ..contact.diagnosis import open_nodes
 from ..contact.result import Outcome, SolveRecord, Table, frame, places
 from ..errors import ModelError, SolverError
 from ..transients import SteadyState, steady_state
-from .wear_history import Worn
+from .wear import Worn
 
 _RELIEF = 0.03  # of the pressure that a node's own wear takes off it, taken off by the same wear at another one: half-planes in cells have 0.01
 
@@ -25,15 +25,11 @@ class WornIn(Worn):
 
     Attributes
     ----------
-    steady
-        Its steady state, at rest. Its contact is worn, and takes every other question.
-    depth
-        (N,) depth worn off at each node, of both bodies together, length; a billionth of the largest more than the theorem says, so that worn nodes
-        are open for every other question.
-    stick
-        (N,) which nodes never slip while the contact wears; it is confined to them in the end.
-    record
-        That of its steady state.
+    steady, record
+        Its steady state, at rest, and the record of that. Its contact is worn, and takes every other question.
+    depth, stick
+        (N,) depth worn off at each node, of both bodies together, length (a billionth of the largest more than the theorem says, so that worn nodes
+        are open for every other question), and which nodes never slip while the contact wears; it is confined to them in the end.
     proven
         True: the conditions of the theorem were checked, and the worn contact is at rest.
 
@@ -76,12 +72,8 @@ def worn_in(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, load_f
 
     Parameters
     ----------
-    system, cycle
-        The contact and its load cycle.
-    friction
-        Coefficient of friction, the same at all nodes.
-    load_factor
-        Load factor, >= 0.
+    system, cycle, friction, load_factor
+        The contact, its load cycle, its coefficient of friction, the same at all nodes, and the load factor, >= 0.
 
     Raises
     ------
@@ -128,41 +120,32 @@ def _profile(system: ContactSystem, f: float, first: Array, last: Array) -> tupl
     shear = (last - first)[:-n].reshape(-1, n)
     along = np.linalg.svd(shear)[0][:, 0]
     change = along @ shear
-    if np.abs(shear - np.outer(along, change)).max() > CONDENSATION * np.abs(shear).max():
-        raise _not_covered("cycle: its shear does not act along one direction at all nodes")
+    _need(_near(shear, np.outer(along, change)), "cycle: its shear does not act along one direction at all nodes")
     way = np.sign(change.sum())
     normal = (first + last)[-n:] / 2 - way * change / (2 * f)
     out = open_nodes(system, normal - C @ gap)
-    if out is None or out.all():
-        raise _not_covered("load_factor: no node sticks, the contact slides as a whole")
-    depth, stick = np.zeros(n), ~out
+    stick = np.zeros(n, dtype=bool) if out is None else ~out
+    _need(stick.any(), "load_factor: no node sticks, the contact slides as a whole")
+    depth, out = np.zeros(n), ~stick
     for p in (first[-n:], last[-n:]):
         depth[out] = np.maximum(depth[out], -_confined(C, p, gap, stick)[out] - gap[out])
     lead = way * change - f * np.abs((last - first)[-n:])
-    if depth.any() and lead.min() < -CONDENSATION * np.abs(lead).max():
-        raise _not_covered(
-            f"cycle: with no slip, the shear at node {int(lead.argmin())} changes by less than friction times the change of its pressure, or "
-            "another way than at most nodes"
-        )
+    less = f"cycle: with no slip, the shear at node {int(lead.argmin())} changes by less than friction times the change of its pressure"
+    _need(not depth.any() or lead.min() >= -CONDENSATION * np.abs(lead).max(), f"{less}, or another way than at most nodes")
     return depth, stick
 
 
 def _similar(system: ContactSystem, friction: ArrayLike) -> float:
     """The one coefficient of friction of an uncoupled contact whose tangential stiffness is its normal one times a number."""
-    f = friction_coefficients(friction, system.nodes)
-    if not f.min() == f.max() > 0:
-        raise _not_covered(f"friction: from {f.min():g} to {f.max():g}")
-    A, B, C = system.A, system.B, system.C
-    if np.abs(B).max() > CONDENSATION * np.abs(A).max():
-        raise _not_covered("system: it is coupled, slip changes its pressures")
+    f, A, B, C = friction_coefficients(friction, system.nodes), system.A, system.B, system.C
+    _need(f.min() == f.max() > 0, f"friction: from {f.min():g} to {f.max():g}")
+    _need(np.abs(B).max() <= CONDENSATION * np.abs(A).max(), "system: it is coupled, slip changes its pressures")
     similar = np.kron(np.eye(system.tangents), C) * np.trace(A) / (system.tangents * np.trace(C) or 1.0)
-    if np.abs(A - similar).max() > CONDENSATION * np.abs(A).max():
-        raise _not_covered("system: its tangential stiffness is not its normal one times a number, as that of similar half-planes is")
+    _need(_near(A, similar), "system: its tangential stiffness is not its normal one times a number, as that of similar half-planes is")
     own = np.diag(C)
     relief = C - np.diag(own) - _RELIEF * own[:, None]
-    if relief.max() > 0:
-        one, other = np.unravel_index(relief.argmax(), C.shape)
-        raise _not_covered(f"system: wear at node {other} takes pressure off node {one}, and so the order in which they wear counts")
+    one, other = np.unravel_index(relief.argmax(), C.shape)
+    _need(relief.max() <= 0, f"system: wear at node {other} takes pressure off node {one}, and so the order in which they wear counts")
     return float(f[0])
 
 
@@ -172,9 +155,12 @@ def _ends(system: ContactSystem, cycle: LoadCycle, load_factor: float) -> tuple[
     far = loads - loads[0]
     along = far[np.linalg.norm(far, axis=1).argmax()]
     place = far @ along / (along @ along or 1.0)
-    if np.abs(far - np.outer(place, along)).max() > CONDENSATION * np.abs(loads).max():
-        raise _not_covered("cycle: its loads do not stay on one line")
+    _need(_near(loads, loads[0] + np.outer(place, along)), "cycle: its loads do not stay on one line")
     return loads[place.argmin()], loads[place.argmax()]
+
+
+def _near(values: Array, wanted: Array) -> bool:
+    return bool(np.abs(values - wanted).max() <= CONDENSATION * np.abs(values).max())
 
 
 def _confined(C: Array, p: Array, gap: Array, closed: Booleans) -> Array:
@@ -184,5 +170,6 @@ def _confined(C: Array, p: Array, gap: Array, closed: Booleans) -> Array:
     return u
 
 
-def _not_covered(why: str) -> ModelError:
-    return ModelError(f"{why}; no theorem gives the end of wear then: follow it by wear")
+def _need(holds: bool | np.bool_, otherwise: str) -> None:
+    if not holds:
+        raise ModelError(f"{otherwise}; no theorem gives the end of wear then: follow it by wear")

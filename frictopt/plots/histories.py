@@ -8,7 +8,7 @@ from ..contact import Array, Integers, Table
 from ..histories.damping import DampingCurve
 from ..histories.excursion import LeastExcursion
 from ..histories.protocols import REST, SLIP, UNDECIDED, LimitAfterProtocol
-from ..histories.wear_history import WearHistory
+from ..histories.wear import WearHistory
 from ..histories.worn_in import WornIn
 from .nodes import face_map, label_contacts, label_panels, lines
 from .style import BLACK, FACE, GREY, SERIES, AxesArray, equals, legend, line, new_axes, no_lines, one_axes, picture, series
