@@ -153,7 +153,8 @@ FAULTS = (
     Fault("fem/contacts.py", "bodies that are apart touch", "axis=1) <= near, overlaps.weights", "axis=1) >= 0, overlaps.weights", "touching"),
     Fault("fem/corners.py", "a relative motion counts twice", "kept[k] = joined.merge(one, two)", "joined.merge(one, two)", "corners"),
     # fem/matrices
-    Fault("fem/matrices/text.py", "one triangle is not mirrored", "np.any(row < column) != np.any(row > column)", "False", "matrices doors"),
+    Fault("fem/matrices/calculix_abaqus.py", "one triangle is not mirrored", "np.any(row < column) != np.any(row > column)", "False",
+          "matrices doors"),
     Fault("fem/given.py", "matrices that are not symmetric", "if skew.nnz and", "if False and", "matrices doors condense_matrices"),
     Fault("fem/faces.py", "outlines the other way round", "end, start = facets", "start, end = facets", "matrices"),
     Fault(

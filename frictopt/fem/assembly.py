@@ -27,11 +27,6 @@ Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Di
 class Assembly:
     """The parts of a `ContactModel`; all nodes are counted body after body, of each body all x displacements come first, then all y, and so on.
 
-    Raises
-    ------
-    ModelError
-        See `ContactModel`.
-
     Attributes
     ----------
     bodies, cuts

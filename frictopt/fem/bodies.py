@@ -157,13 +157,7 @@ def checked_point(name: str, point: object, words: str, sizes: tuple[int, ...] =
 
 
 def check_kind(mesh: Mesh) -> None:
-    """Check that a mesh has elements of a kind that bodies may have.
-
-    Raises
-    ------
-    ModelError
-        It does not.
-    """
+    """Check that a mesh has elements of a kind that bodies may have."""
     kinds = [*QUADRATIC, *QUADRATIC.values()]
     if type(mesh) not in kinds:
         names = ", ".join(kind.__name__ for kind in kinds)

@@ -72,13 +72,7 @@ class Cut:
 
 
 def cut_bodies(bodies: Mapping[str, Body], sections: Iterable[tuple[str, str]], kinematics: Kinematics) -> tuple[dict[str, Body], list[Cut]]:
-    """The bodies with their sections, (body, section), cut, the nodes of the far faces last of the corners, and the cuts.
-
-    Raises
-    ------
-    ModelError
-        A section that is unknown or does not cut its body in two along one plane, or that meets another one.
-    """
+    """The bodies with their sections, (body, section), cut, the nodes of the far faces last of the corners, and the cuts."""
     found, cuts = dict(bodies), []
     for name, section in sections:
         if name not in found:

@@ -182,11 +182,6 @@ def condensed(
         What an error calls a node.
     generalised
         Rows of K that are no displacement of a node.
-
-    Raises
-    ------
-    ModelError
-        Rigid motions that nothing prevents, a stiffness that cannot be eliminated, or not accurately enough.
     """
     check_supports(K, unknowns, points, graph, interface, generalised)
     relative = slips_of(motions, interface, unknowns)
@@ -232,13 +227,7 @@ def fronts(
 def eliminated(
     K: csr_matrix, front: Integers, T: csr_matrix, unknowns: Integers, points: Array, called: Callable[[int], str], *, keep: bool = False
 ) -> Elimination:
-    """The elimination of the y of `fronts` from a matrix of them, and of more unknowns that are kept; `keep` its factors.
-
-    Raises
-    ------
-    ModelError
-        An eliminated displacement has no stiffness.
-    """
+    """The elimination of the y of `fronts` from a matrix of them, and of more unknowns that are kept; `keep` its factors."""
     try:
         return Elimination(K, np.r_[front, np.full(K.shape[0] - len(front), -1)], keep=keep)
     except LinAlgError as error:

@@ -140,14 +140,7 @@ class Joint:
 
 
 def joined(contact: Contact, body_1: Body, body_2: Body, kinematics: Kinematics) -> Joint:
-    """Join the nodes of two faces by the dual mortar method, which makes pairs of nodes where the faces match.
-
-    Raises
-    ------
-    ModelError
-        A face that is unknown, one of body 1 in the plane in pieces; faces that do not face each other, do not touch or overlap, a face of body 1
-        that reaches beyond that of body 2, a gap that is negative.
-    """
+    """Join the nodes of two faces by the dual mortar method, which makes pairs of nodes where the faces match."""
     start, other = (f"contact {contact.name!r}, body {name!r}" for name in (contact.body_1, contact.body_2))
     facets, others = body_1.boundary(contact.boundary_1, start), body_2.boundary(contact.boundary_2, other)
     one, two, x, y = facets_around(body_1.mesh, facets), facets_around(body_2.mesh, others), body_1.mesh.p.T, body_2.mesh.p.T
@@ -219,11 +212,6 @@ def check_touching(bodies: Mapping[str, Body], joined: Mapping[tuple[str, str], 
         Name -> body, with its `mesh`.
     joined
         Body, other body -> nodes of the body that contacts join to the other one.
-
-    Raises
-    ------
-    ModelError
-        They are not.
     """
     for one, two in combinations(bodies, 2):
         nodes = [np.concatenate([*joined.get(pair, []), np.zeros(0, int)]) for pair in ((one, two), (two, one))]

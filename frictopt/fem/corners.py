@@ -37,11 +37,6 @@ def shares(
         (N, d) places and (N, d) normals of the pairs, of any length, and their tributary widths or areas.
     near
         Distance up to which two places are one.
-
-    Raises
-    ------
-    ModelError
-        A contact of which no node is its own.
     """
     n, still = len(nodes), nodes == others
     i, j = cKDTree(points).query_pairs(near, output_type="ndarray").T

@@ -97,11 +97,6 @@ def midside_ties(mesh: Mesh, facets: Integers, argument: str) -> csr_matrix:
         u_m = sum_c weight_c u_c + rotation x a,    J rotation = sum_c r_c x u_c,    J = sum_c |r_c|^2 1 - r_c r_c^T,    r_c = x_c - their mean
 
     So rigid motions remain what they are, and forces and moments are handed over as such. A node on several facets follows their mean.
-
-    Raises
-    ------
-    ModelError
-        A node too far off the middle of its corners; the message calls the face `argument`.
     """
     means, (elements, number), d = corner_weights(type(mesh)), places_of(mesh, facets), mesh.dim()
     corners = means.shape[1]

@@ -83,13 +83,7 @@ def neighbours(places: Array, reach: Array, others: Array, radii: Array) -> tupl
 
 
 def course(body: Body, boundary: str, argument: str) -> Integers:
-    """Nodes of a boundary in the plane in their order, the body on the left of the way; error messages call it `argument`.
-
-    Raises
-    ------
-    ModelError
-        Unknown, inside the body, in several pieces, or touching itself.
-    """
+    """Nodes of a boundary in the plane in their order, the body on the left of the way; error messages call it `argument`."""
     mesh, start = body.mesh, f"{argument}: boundary {boundary!r}"
     (line, closed), *others = lines_along(mesh, body.boundary(boundary, argument), start)
     if others:
@@ -100,13 +94,7 @@ def course(body: Body, boundary: str, argument: str) -> Integers:
 
 
 def lines_along(mesh: Mesh, facets: Integers, argument: str) -> list[tuple[Integers, bool]]:
-    """Nodes of facets of a plane outline, line by line, the body on the right of the way, and whether the line is closed: it begins leftmost then.
-
-    Raises
-    ------
-    ModelError
-        A node that more than two facets share; the message calls the outline `argument`.
-    """
+    """Nodes of facets of a plane outline, line by line, the body on the right of the way, and whether the line is closed: it begins leftmost then."""
     end, start = facets_around(mesh, facets).T
     for nodes in (start, end):
         if (np.bincount(nodes) > 1).any():

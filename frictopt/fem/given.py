@@ -98,11 +98,6 @@ def check_forgotten(graph: csr_matrix, interface: Interface, rows: Integers, poi
     """Check that no pair is left out: that of nodes of two bodies that lie on each other, next to others that do, where other pairs join the bodies.
 
     Nodes that pairs join by way of other nodes, or that are held on both sides, make no pair.
-
-    Raises
-    ------
-    ModelError
-        One is left out.
     """
     step = graph - diags(graph.diagonal())
     rigid = np.asarray(step.sum(axis=1)).ravel() == 0  # nodes of the ground, with no stiffness of their own

@@ -54,11 +54,6 @@ class Interface:
         """(N,) nodes that follow all others, W (N, N) and Q (N, all nodes): they move by `W Z + Q u`, with the relative motions `Z = M u` in space.
 
         That of a pair is its node of body 1; where it belongs to more pairs, or may not follow, others do.
-
-        Raises
-        ------
-        ModelError
-            The relative motion of a pair follows from those of others, or from supports.
         """
         M = self.opening
         uses = np.bincount(M.indices, minlength=M.shape[1])
@@ -204,13 +199,7 @@ def guided(nodes: Integers, opening: csr_matrix, unknowns: Integers, normals: Ar
 
 
 def check_course(points: Array, frames: Array, names: Sequence[str]) -> None:
-    """Check that the pairs of each contact follow each other along their tangents, and that normals of neighbours do not flip.
-
-    Raises
-    ------
-    ModelError
-        They do not.
-    """
+    """Check that the pairs of each contact follow each other along their tangents, and that normals of neighbours do not flip."""
     for run in runs(names):
         t, n, p = frames[run, 0], frames[run, 1], points[run]
         step = np.diff(p, axis=0)
@@ -237,11 +226,6 @@ def check_sides(K: csr_matrix, unknowns: Integers, graph: csr_matrix, interface:
     A normal is wrong where some of them contradict it and none agrees, or some of either body do: at a re-entrant corner those of one body may do so.
     A node that is joined to clamped ones too, which the matrix does not have and which pull it back in any shift, tells nothing, and neither do
     reduced models, in which all are joined.
-
-    Raises
-    ------
-    ModelError
-        One points the other way.
     """
     shifts, listed = np.zeros((K.shape[0], points.shape[1])), unknowns >= 0
     shifts[unknowns[listed], np.nonzero(listed)[1]] = 1.0

@@ -224,13 +224,7 @@ class ContactModel(Shown, Viewed):
         return BodyFields(moved, stress, strain, q, p, v, w, parts.bodies, self.units, parts.interface.frames, parts.sides)
 
     def _over(self, steady: Steady, *, every: bool) -> Iterator[tuple[float, BodyFields, dict[str, Any]]]:
-        """The states of a steady cycle, at its corners or all: corners visited since the last one, fields, and status and work at the contact.
-
-        Raises
-        ------
-        ModelError
-            The steady state is that of another model.
-        """
+        """The states of a steady cycle, at its corners or all: corners visited since the last one, fields, and status and work at the contact."""
         states = steady.states()
         last = np.append(np.diff(states.time) > SIMULTANEOUS, True)  # of the states of one time
         corner = np.abs(states.time - np.round(states.time)) <= SIMULTANEOUS

@@ -226,13 +226,7 @@ class Viewed(Plotted):
 
 
 class Recovery:
-    """The factorisation that gives displacements of a model back, `u = lift + T y + D z` with the relative motions z.
-
-    Raises
-    ------
-    ModelError
-        A displacement has no stiffness.
-    """
+    """The factorisation that gives displacements of a model back, `u = lift + T y + D z` with the relative motions z."""
 
     def __init__(self, parts: Assembly) -> None:
         K, unknowns, points = parts.stiffness, parts.free_rows, parts.points

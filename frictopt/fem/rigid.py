@@ -96,13 +96,7 @@ def assemblies(graph: csr_matrix, interface: Interface) -> Integers:
 
 
 def check_supports(K: csr_matrix, unknowns: Integers, points: Array, graph: csr_matrix, interface: Interface, generalised: Integers) -> None:
-    """Check that no rigid motion is left to bodies that are glued together.
-
-    Raises
-    ------
-    ModelError
-        One is left.
-    """
+    """Check that no rigid motion is left to bodies that are glued together."""
     assembly = assemblies(graph, interface)
     left = free_motions(K, unknowns, points, assembly, generalised)
     if left.shape[1]:
@@ -116,13 +110,7 @@ def check_supports(K: csr_matrix, unknowns: Integers, points: Array, graph: csr_
 
 
 def slips_of(motions: csr_matrix, interface: Interface, unknowns: Integers) -> Array:
-    """(d N, k) relative motions at the contacts in the rigid motions (size, k) of bodies that `free_motions` found.
-
-    Raises
-    ------
-    ModelError
-        A body can move without moving there.
-    """
+    """(d N, k) relative motions at the contacts in the rigid motions (size, k) of bodies that `free_motions` found."""
     relative = interface.relative(motions, unknowns)
     sizes = np.linalg.svd(relative, compute_uv=False)
     if len(sizes) < relative.shape[1] or (sizes[-1:] <= SAME_POINT * sizes[:1]).any():
@@ -144,11 +132,6 @@ def balanced(S: Array, R: Array, F: Array, motions: csr_matrix, relative: Array)
         (size, loads) loads before the elimination.
     motions, relative
         Rigid motions that `free_motions` found, and their `slips_of` the contacts.
-
-    Raises
-    ------
-    ModelError
-        The deviation exceeds the tolerance.
     """
     if not motions.shape[1]:
         return S, R

@@ -76,11 +76,6 @@ class Elimination:
     ----------
     S
         (kept, kept) Schur complement `K_rr - K_ri K_ii^-1 K_ir`, in the order of K.
-
-    Raises
-    ------
-    LinAlgError
-        The eliminated part is not positive definite; the argument is the number of the unknown at which that shows.
     """
 
     def __init__(self, K: csr_matrix, front: Integers, *, keep: bool = False) -> None:

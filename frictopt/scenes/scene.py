@@ -99,13 +99,7 @@ def along(half_length: float, elements: int, grading: float) -> Array:
 
 
 def away(length: float, first: float, growth: float) -> Array:
-    """Coordinates from 0 to exactly `length`, steps growing by `growth` from about `first`.
-
-    Raises
-    ------
-    ModelError
-        More steps than a mesh may have.
-    """
+    """Coordinates from 0 to exactly `length`, steps growing by `growth` from about `first`."""
     steps = max(1.0, np.ceil(np.log1p(length / first * (growth - 1)) / np.log(growth)))
     if steps > _MOST_NODES:
         raise ModelError(f"growth: {growth:g} makes {steps:.0e} elements from {first:g} on over {length:g}, the most are {_MOST_NODES:g}; give more")

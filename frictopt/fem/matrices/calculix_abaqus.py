@@ -1,17 +1,19 @@
 """Matrices of CalculiX and Abaqus, whose decks have one grammar: of whole models, and of substructures, whose files are linear user elements."""
 
 import re
+from io import StringIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from ...contact import ROUNDING, SAME_POINT, Booleans, Integers
+from ...contact import ROUNDING, SAME_POINT, Array, Booleans, Integers
 from ...errors import ModelError
 from .deck import Deck, read_deck
 from .job import MatrixJob
 from .meshes import file_path
-from .text import blocks, fields, number, numbers_in, symmetric, text_of
+from .text import blocks, fields, number, text_of
 
 _REMEDY = "write it with *SUBSTRUCTURE MATRIX OUTPUT, STIFFNESS=YES, OUTPUT FILE=USER DEFINED, for one substructure"
 _NODES = re.compile(r"\*\*.*ELEMENT NODES.*\n((?:\s*\*\*.*\n)*)", re.IGNORECASE)
@@ -101,11 +103,6 @@ def with_rotations(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[Integer
     """(n, 2) labels in which rotations of rigid parts are directions 4 to 6 of the reference, and (n,) which rows something resists.
 
     Incompatible modes of an element, C3D8I, are displacements of three nodes that are not in the deck; labels have these with a minus.
-
-    Raises
-    ------
-    ModelError
-        Rotations of several parts without a node of their own, nodes that do not determine the rotation.
     """
     constraints, labels, felt = deck.constraints, labels.copy(), np.ones(len(labels), dtype=bool)
     unnamed = sum(rotation is None for _, rotation in constraints.rigid)
@@ -181,11 +178,6 @@ def stiffness_of_element(text: str, path: Path) -> tuple[csr_matrix, Integers]:
 
     The nodes stand in comments after "ELEMENT NODES". The first data line has the directions of the first node and those that follow; each further
     one the place of a node in that list from which on other directions hold, and these. The matrix has its lower triangle row by row.
-
-    Raises
-    ------
-    ModelError
-        No such element or several, lines that are no numbers, a matrix of another size than the nodes, not symmetric.
     """
     found, listed = list(blocks(path)), _NODES.search(text)
     elements = [lines for keyword, _, lines in found if keyword == "USERELEMENT"]
@@ -211,3 +203,41 @@ def stiffness_of_element(text: str, path: Path) -> tuple[csr_matrix, Integers]:
     own = np.sqrt(np.abs(np.diag(K)))
     K[np.abs(K) <= ROUNDING * np.outer(own, own)] = 0.0  # rounding of the elimination joins no bodies
     return csr_matrix(K + np.tril(K, -1).T), labels
+
+
+def numbers_in(path: Path, what: str, separator: str, columns: int) -> Any:
+    """The columns of a text file without header, as a list of `columns` arrays; lines that begin with * are comments."""
+    import pandas as pd  # here, for reading is all that it serves
+
+    text = text_of(path, what)
+    try:
+        table = pd.read_csv(StringIO(text), sep=separator, header=None, comment="*", skipinitialspace=True)
+        found = table.shape[1]
+        if found == columns and all(kind.kind in "iuf" for kind in table.dtypes) and not table.isna().any(axis=None):
+            return [table[i].to_numpy() for i in range(columns)]
+        problem = f"rows of {found} columns" if found != columns else "entries that are no numbers"
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, ValueError) as error:
+        problem = str(error).strip()
+    raise ModelError(f"{what}: {str(path)!r} does not hold rows of {columns} numbers ({problem}); {_remedy(text, columns)}")
+
+
+def _remedy(text: str, columns: int) -> str:
+    lines = [line for line in text.splitlines()[:100] if line.strip() and not line.startswith("*")]
+    if columns == 5 and lines and len(lines[0].replace(",", " ").split()) == 3:
+        return "rows of 3 are Abaqus's FORMAT=COORDINATE, which does not say which nodes they belong to: write it with FORMAT=MATRIX INPUT"
+    if "nan" in text:
+        return "the code itself wrote nan, as CalculiX does for *MPC: write such a constraint as *EQUATION"
+    return "give the file as the code wrote it"
+
+
+def symmetric(what: str, row: Integers, column: Integers, value: Array, size: int) -> csr_matrix:
+    """(size, size) matrix from its entries: those of one triangle, which the other one mirrors, or all of them."""
+    if not np.isfinite(value).all():
+        raise ModelError(f"{what}: entry {int(np.argmin(np.isfinite(value))) + 1} is not finite; let the code write the matrix again")
+    if np.any(row < column) != np.any(row > column):
+        off = row != column
+        row, column, value = np.r_[row, column[off]], np.r_[column, row[off]], np.r_[value, value[off]]
+    K = csr_matrix((value, (row, column)), shape=(size, size))
+    if K.nnz != len(value):
+        raise ModelError(f"{what}: entries are given twice; let the code write the matrix again")
+    return K

@@ -260,11 +260,6 @@ def _matching(points: Array, body: Integers, mesh: Mesh | None) -> list[Integers
         (nodes,) number of the body that each node belongs to, -1 for none.
     mesh
         Its facets; None: nodes alone tell, and what two bodies share is one face.
-
-    Raises
-    ------
-    ModelError
-        A node that lies on several nodes of one other body.
     """
     i, j = cKDTree(points).query_pairs(same_point(points), output_type="ndarray").T
     i, j = np.where(body[i] < body[j], (i, j), (j, i))

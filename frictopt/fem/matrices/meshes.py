@@ -17,7 +17,7 @@ from ...errors import ModelError
 from ..elements import QUADRATIC, completion, places_among
 from .constraints import Constraints
 from .deck import Deck, read_deck
-from .kinds import PLANE, SOLID
+from .text import PLANE, SOLID
 
 _CORNERS = {  # of the faces S1, S2, ... of an element in decks
     "triangle": ((0, 1), (1, 2), (2, 0)),
@@ -71,13 +71,7 @@ def read_mesh(path: str | Path) -> Mesh:
 
 
 def mesh_of(deck: Deck, directions: int) -> Mesh:
-    """scikit-fem mesh of a deck, through the corners of its elements and with its nodes in the order of the deck.
-
-    Raises
-    ------
-    ModelError
-        Elements of several shapes or of one that is not supported, a mesh in space where a plane one is wanted, or the reverse.
-    """
+    """scikit-fem mesh of a deck, through the corners of its elements and with its nodes in the order of the deck."""
     shape, _, nodes = deck.shaped()
     if (shape in PLANE) != (directions == 2):
         raise ModelError(f"deck: elements of shape {shape}, but {directions} directions of displacement; give plane elements for 2, solids for 3")
@@ -95,13 +89,7 @@ def mesh_of(deck: Deck, directions: int) -> Mesh:
 
 
 def between(mesh: Mesh, nodes: Integers, numbers: Integers | None = None) -> Integers:
-    """Facets of the outline all corners of which are among some nodes; with the numbers of all nodes, each of these is a corner of one.
-
-    Raises
-    ------
-    ModelError
-        There is none, or a node is no corner of one.
-    """
+    """Facets of the outline all corners of which are among some nodes; with the numbers of all nodes, each of these is a corner of one."""
     facets = mesh.boundary_facets()
     inside = facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)]
     if not len(inside):
@@ -120,11 +108,6 @@ def with_midsides(mesh: Mesh, elements: Integers, points: Array) -> tuple[Mesh, 
         Linear mesh; corners keep its numbers.
     elements, points
         (m, k) nodes of its elements as rows of the (n, 2 or 3) points, in the order of meshio; linear ones are left as they are.
-
-    Raises
-    ------
-    ModelError
-        Elements with an edge in common that have different nodes amid it.
     """
     from skfem.io.meshio import INV_HEX_MAPPING  # here, for it imports meshio
 
@@ -219,13 +202,7 @@ def library(module: str, name: str, extra: str) -> Any:
 
 
 def by_library(name: str, read: Callable[[str], Any], file: Path, what: str) -> Any:
-    """What a library reads from a file.
-
-    Raises
-    ------
-    ModelError
-        The file is missing, or the library cannot read it.
-    """
+    """What a library reads from a file."""
     if not file.is_file():
         raise ModelError(f"{what}: there is no file {str(file)!r}; give its path")
     try:
