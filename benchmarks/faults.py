@@ -136,7 +136,7 @@ FAULTS = (
     Fault("fem/interface.py", "normals of the wrong side are let pass", "heights < 0)", "heights > np.inf)", _DOOR),
     Fault("fem/interface.py", "normals lean out of planes of symmetry", "return np.where(across, 0.0, normals)", "return normals",
           "planes_of_symmetry"),
-    Fault("fem/assembly.py", "pairs on a plane of symmetry may be moved apart", "off := given[rows] &", "off := ~given[rows] &",
+    Fault("fem/assembly.py", "pairs on a plane of symmetry may be moved apart", "first_of((given[rows] &", "first_of((~given[rows] &",
           "planes_of_symmetry"),
     Fault("fem/condense.py", "nodes on a plane of symmetry are free across it", "S[still, still] =", "S[still[:0], still[:0]] =",
           "planes_of_symmetry"),

@@ -134,7 +134,7 @@ class ContactModel(Shown, Viewed):
         ModelError
             Rigid motions that nothing prevents, supports on both nodes of a pair, a stiffness that cannot be factorised accurately.
         """
-        parts, (K, interface), (R, D) = self._parts, (self._parts.stiffness, self._parts.interface), self._parts.release
+        parts, K, interface, (R, D) = self._parts, self._parts.glued.K, self._parts.glued.interface, self._parts.release
         names, points = [parts.names[number] for number in parts.contact], parts.points[interface.nodes]
         if self.kinematics != "space":
             check_course(points, interface.frames, names)
@@ -142,7 +142,7 @@ class ContactModel(Shown, Viewed):
         force, moved, _ = (np.column_stack(columns) for columns in zip(*self._cases.values(), strict=True))
         pulls, drawn = R.T @ force, K @ moved
         F = dict(zip(self._cases, (pulls - drawn).T, strict=True))
-        S, bonded, L = condensed(K, F, interface, parts.motions, parts.free_rows, parts.points, parts.graph, parts.called)
+        S, bonded, L = condensed(parts.glued, F)
         L += pulls.T @ moved + moved.T @ (pulls - drawn) + force.T @ (D @ force)  # of moved supports, and of bolts that are cut
         stress = self.kinematics == "plane_stress"
         moduli = {name: body.material.E if stress else body.material.plane_modulus for name, body in self.bodies.items()}
@@ -221,7 +221,7 @@ class ContactModel(Shown, Viewed):
             moved[name] = frozen(u[parts.rows[first : first + body.mesh.p.shape[1]]].T)
             strain[name], stress[name] = strain_and_stress(body, parts.kinematics, moved[name], [own for own in expansions if own[1].body == name])
         q, p, v, w = map(frozen, (*parted(r, d), v, w))
-        return BodyFields(moved, stress, strain, q, p, v, w, parts.bodies, self.units, parts.interface.frames, parts.sides)
+        return BodyFields(moved, stress, strain, q, p, v, w, parts.bodies, self.units, parts.glued.interface.frames, parts.sides)
 
     def _over(self, steady: Steady, *, every: bool) -> Iterator[tuple[float, BodyFields, dict[str, Any]]]:
         """The states of a steady cycle, at its corners or all: corners visited since the last one, fields, and status and work at the contact."""

@@ -229,10 +229,9 @@ class Recovery:
     """The factorisation that gives displacements of a model back, `u = lift + T y + D z` with the relative motions z."""
 
     def __init__(self, parts: Assembly) -> None:
-        K, unknowns, points = parts.stiffness, parts.free_rows, parts.points
-        T, front = fronts(K, parts.interface, unknowns, points, parts.graph)
+        K, (T, front) = parts.glued.K, fronts(parts.glued)
         self._K, self._T, self._drive = K, T[:, front >= 0], T[:, front < 0]
-        self._elimination = eliminated(csr_matrix(self._T.T @ K @ self._T), front[front >= 0], self._T, unknowns, points, parts.called, keep=True)
+        self._elimination = eliminated(parts.glued, csr_matrix(self._T.T @ K @ self._T), self._T, front[front >= 0], keep=True)
 
     def displacements(self, force: Array, lift: Array, z: Array) -> tuple[Array, Array]:
         """(size,) displacements under forces, displacements `lift` of moved supports, and relative motions z (d N,); and reactions (d N,)."""
