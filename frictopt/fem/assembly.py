@@ -14,8 +14,7 @@ from ..errors import ModelError
 from .bodies import Body, Support
 from .bolts import BoltPreload, Cut, cut_bodies, released
 from .condense import Glued
-from .contacts import Contact, Interference, check_touching, joined
-from .corners import shares
+from .contacts import Contact, Interference, check_touching, joined, shares
 from .elasticity import Kinematics, body_stiffness, values_at
 from .elements import midside_ties
 from .given import same_point

@@ -150,32 +150,16 @@ def condense(
 
 @dataclass(frozen=True, eq=False)
 class Glued:
-    """Bodies that are glued together at their contacts.
+    """Bodies that are glued together at their contacts."""
 
-    Parameters
-    ----------
-    K
-        Stiffness of the separate bodies.
-    unknowns, points
-        (nodes, d) rows of K, -1 where held, -2 where they follow others, and coordinates.
-    graph
-        Pattern of the nodes that K joins.
-    interface, motions
-        Pairs and directions; rigid motions of single bodies that nothing prevents, see `free_motions`.
-    called
-        What an error calls a node.
-    generalised
-        Rows of K that are no displacement of a node.
-    """
-
-    K: csr_matrix
-    unknowns: Integers
-    points: Array
-    graph: csr_matrix
-    interface: Interface
-    motions: csr_matrix
-    called: Callable[[int], str]
-    generalised: Integers
+    K: csr_matrix  # stiffness of the separate bodies
+    unknowns: Integers  # (nodes, d) rows of K, -1 where held, -2 where they follow others
+    points: Array  # (nodes, d) coordinates
+    graph: csr_matrix  # pattern of the nodes that K joins
+    interface: Interface  # pairs and directions
+    motions: csr_matrix  # rigid motions of single bodies that nothing prevents, see `free_motions`
+    called: Callable[[int], str]  # what an error calls a node
+    generalised: Integers  # rows of K that are no displacement of a node
 
 
 def condensed(glued: Glued, loads: Mapping[str, Array]) -> tuple[Array, dict[str, Array], Array]:

@@ -26,23 +26,12 @@ class Interface:
     """N pairs of a node of a body 1 and a place of a body 2, and the directions of their relative motion.
 
     The relative motion of pair i, `sum_r frames[i, r] z_ri = sum_j M_ij u_j`, is zero where the contact is glued. A node may belong to several pairs.
-
-    Parameters
-    ----------
-    nodes
-        (N,) nodes of bodies 1.
-    opening
-        (N, all nodes) matrix M; its rows add up to 0.
-    frames
-        (N, d, d) orthonormal directions: `frames[i, r]` is direction r at pair i, the tangents first, the normal last.
-    able
-        (N, all nodes) entries of M at the nodes that may follow the others of their pair, see `guided`.
     """
 
-    nodes: Integers
-    opening: csr_matrix
-    frames: Array
-    able: csr_matrix
+    nodes: Integers  # (N,) of bodies 1
+    opening: csr_matrix  # (N, all nodes) matrix M; its rows add up to 0
+    frames: Array  # (N, d, d) orthonormal directions: `frames[i, r]` is direction r at pair i, the tangents first, the normal last
+    able: csr_matrix  # (N, all nodes) entries of M at the nodes that may follow the others of their pair, see `guided`
 
     @property
     def kept(self) -> int:

@@ -21,37 +21,17 @@ _HELD |= {"PINNED": [0, 1, 2], "ENCASTRE": [0, 1, 2, 3, 4, 5]}
 class Constraints:
     """Held displacements and rotations, and those that follow others; those of node i are the unknowns 6 i to 6 i + 5.
 
-    Parameters
-    ----------
-    held
-        (nodes, 6) whether `*BOUNDARY` holds an unknown.
-    ends, weights
-        (m, 2) unknowns, the first of which follows the second, and (m,) how much: those of `*EQUATION`, of `*RIGID BODY`, and of `*COUPLING` with
-        `*KINEMATIC`, in which `u_i = u_reference + rotation x (x_i - x_reference)`.
-    rigid
-        Rows of the reference of each rigid part and of the node whose displacements are its rotation; None where the code generates that one.
-    others
-        Keywords whose equations are not in the deck.
+    They are those of `*BOUNDARY`, `*EQUATION`, `*RIGID BODY`, and of `*COUPLING` with `*KINEMATIC`, where `u_i = u_ref + rotation x (x_i - x_ref)`.
     """
 
-    held: Booleans
-    ends: Integers = field(default_factory=lambda: np.zeros((0, 2), dtype=np.intp))
-    weights: Array = field(default_factory=lambda: np.zeros(0))
-    rigid: tuple[tuple[int, int | None], ...] = ()
-    others: tuple[str, ...] = ()
+    held: Booleans  # (nodes, 6)
+    ends: Integers = field(default_factory=lambda: np.zeros((0, 2), dtype=np.intp))  # (m, 2) unknowns, the first of which follows the second
+    weights: Array = field(default_factory=lambda: np.zeros(0))  # (m,) how much
+    rigid: tuple[tuple[int, int | None], ...] = ()  # rows of the reference of a rigid part, and of the node of its rotation: None, the code makes it
+    others: tuple[str, ...] = ()  # keywords whose equations are not in the deck
 
     def passed_on(self, forces: Array, present: Booleans, numbers: Integers) -> Array:
-        """(nodes, 6) the same forces, those on unknowns that follow others moved to these: `T^T f`.
-
-        Parameters
-        ----------
-        forces
-            (nodes, 6) nodal forces and moments.
-        present
-            (nodes, 6) whether an unknown is in the matrix.
-        numbers
-            (nodes,) numbers of the nodes.
-        """
+        """(nodes, 6) the same forces and moments, those on unknowns that follow others moved to these; `present` are those in the matrix."""
         wanting, moved = ~(present | self.held).ravel(), forces.ravel()
         own = wanting[self.ends[:, 0]]
         (row, column), follows = self.ends[own].T, np.zeros(forces.size, dtype=bool)
