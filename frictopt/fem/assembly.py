@@ -229,10 +229,7 @@ class Assembly:
         if len(named) == len(parts) and felt <= ROUNDING * most and most > 0:
             own = [support for support in self.supports if support.body in dict(named)]
             where = " and ".join(f"{name!r} of body {body!r}" for body, name in named)
-            raise ModelError(
-                f"{argument}: acts on boundary {where} only where supports hold it against the force, {own}, so that nothing else feels it; load "
-                "another boundary, or hold less"
-            )
+            raise ModelError(f"{argument}: acts on boundary {where} only where supports hold it against the force, {own}; load another, or hold less")
 
     def _move(self, argument: str, part: Displacement, moved: Array) -> None:
         """Enter a displacement into those of all unknowns, nan where none is given."""

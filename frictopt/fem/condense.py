@@ -171,7 +171,7 @@ def condensed(glued: Glued, loads: Mapping[str, Array]) -> tuple[Array, dict[str
     T, front = fronts(glued)
     inside, forces = csr_matrix(T.T @ K @ T), csr_matrix(T.T @ F)
     left = eliminated(glued, block_array([[inside, forces], [forces.T, None]], format="csr"), T, front).S
-    k = interface.kept
+    k = interface.frames[..., 0].size
     S, R = balanced(left[:k, :k], -left[:k, k:], F, motions, relative)
     largest = np.abs(S).max()
     rounding = np.finfo(float).eps * inside.diagonal()[front < 0].max() / largest if largest > 0 else 0.0
@@ -214,6 +214,5 @@ def eliminated(glued: Glued, matrix: csr_matrix, T: csr_matrix, front: Integers,
         node = np.flatnonzero((glued.unknowns == row).any(axis=1))
         where = f"{glued.called(int(node[0]))} at {place(glued.points[node[0]])}" if len(node) else f"row {row}"
         raise ModelError(
-            f"stiffness: {where} has none left once its neighbours are free to move; support the bodies, check materials and elements, and bring "
-            "the stiffness of the bodies closer together"
+            f"stiffness: {where} has none left once its neighbours are free; support the bodies, or bring the stiffness of bodies closer together"
         ) from error

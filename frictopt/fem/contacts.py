@@ -175,9 +175,7 @@ def _check_faced(contact: Contact, overlaps: Overlaps, one: Array) -> None:
             "body 2 belong on opposite sides"
         )
     if share.max() > 1 + COUNTS:
-        raise ModelError(
-            f"{start} body {contact.body_2!r} more than once, one place behind the other; name only the part that touches, or mesh its curves finer"
-        )
+        raise ModelError(f"{start} body {contact.body_2!r} more than once; name only the part that touches, or mesh its curves finer")
 
 
 def check_touching(bodies: Mapping[str, Body], joined: Mapping[tuple[str, str], list[Integers]]) -> None:
@@ -194,9 +192,8 @@ def check_touching(bodies: Mapping[str, Body], joined: Mapping[tuple[str, str], 
         P, Q = (_free_facets(mesh, own, low - near, high + near) for mesh, own in zip(meshes, nodes, strict=True))
         if len(P) and len(Q) and len(at := _common(P, meshes[0].p.T, Q, meshes[1].p.T, near)):
             raise ModelError(
-                f"contacts: bodies {one!r} and {two!r} touch around {place(at[0])}, and no contact joins them there: they would pass "
-                "through each other; add a Contact of these faces, all of them (a corner may belong to several), or move the bodies apart, or "
-                "merge them"
+                f"contacts: bodies {one!r} and {two!r} touch around {place(at[0])}, and no contact joins them there: they would pass through each "
+                "other; add a Contact of these faces, all of them (a corner may belong to several), or move or merge the bodies"
             )
 
 
@@ -254,10 +251,8 @@ def shares(
         on = kept & (nodes == nodes[k]) & (opposite == opposite[k]) & (unit @ unit[k] > _SMOOTH)
         free = np.flatnonzero(kept & (contact == contact[k]))
         if not len(free):
-            raise ModelError(
-                f"contacts: all nodes of {contacts[contact[k]].name!r} are corners that contacts before it have, the first at {place(points[k])}; "
-                "mesh its faces with two elements or more, or list it first"
-            )
+            name = contacts[contact[k]].name
+            raise ModelError(f"contacts: all nodes of {name!r} are corners that contacts before it have; mesh it with two elements, or list it first")
         if on.any():
             heir[k] = on.argmax()
             total[heir[k]] += normals[k]

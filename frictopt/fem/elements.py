@@ -8,7 +8,7 @@ from scipy.sparse import coo_matrix, csr_matrix, diags
 from scipy.sparse.csgraph import connected_components
 from skfem import Basis, Element, ElementHexS2, ElementQuadS2, Mesh, MeshHex1, MeshHex2, MeshQuad1, MeshQuad2, MeshTet1, MeshTet2, MeshTri1, MeshTri2
 
-from ..contact import SAME_POINT, Array, Booleans, Integers, place
+from ..contact import SAME_POINT, Array, Booleans, Integers, first_of, place
 from ..errors import ModelError
 
 # A mesh of scikit-fem counts its corner nodes first, as `mesh.t` and `mesh.facets` have them, then those amid edges, facets and elements.
@@ -109,12 +109,10 @@ def midside_ties(mesh: Mesh, facets: Integers, argument: str) -> csr_matrix:
     off = np.pad(mesh.p[:, node].T, ((0, 0), (0, 3 - d))) - middle
     size = 2 * np.where(shares > 0, np.linalg.norm(points - middle[:, None], axis=2), 0.0).max(axis=1, initial=0.0)
     distance = np.linalg.norm(off, axis=1)
-    if (distance > _OFF * size).any():
-        i = int((distance / size).argmax())
+    if (i := first_of(distance > _OFF * size, distance)) is not None:
         raise ModelError(
             f"{argument}: the midside node at {place(mesh.p[:, node[i]])} lies {distance[i]:.3g} off the middle of its corners, which are "
-            f"{size[i]:.3g} apart; contact faces are linear between corners, and {_OFF:g} of that distance is the most: mesh the face finer, or "
-            "straighten it"
+            f"{size[i]:.3g} apart; contact faces are linear between corners: mesh the face finer than {_OFF:g} of that distance, or straighten it"
         )
     off[distance <= SAME_POINT * size] = 0.0
     arms = _crossing(points - points.mean(axis=1)[:, None])

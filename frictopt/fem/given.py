@@ -54,10 +54,8 @@ def checked_rows(unknowns: ArrayLike, held: ArrayLike, generalised: ArrayLike, s
         raise ModelError(f"unknowns: row {row} of K is no node's; give it to one, or name it in held if it is zero, in generalised if it is free")
     others = others[np.diff(K.indptr)[others] > 0]
     if (i := first_of(K.diagonal()[others] <= 0)) is not None:
-        raise ModelError(
-            f"generalised: row {others[i]} of K has {K[others[i], others[i]]:g} on the diagonal, as the multiplier of a constraint has; let the code "
-            "eliminate constraints, and write the stiffness alone"
-        )
+        row = others[i]
+        raise ModelError(f"generalised: row {row} of K has {K[row, row]:g} on the diagonal, as the multiplier of a constraint has; eliminate it")
     return np.where(np.isin(rows, fixed), -1, rows), others
 
 
@@ -115,8 +113,8 @@ def check_forgotten(graph: csr_matrix, interface: Interface, rows: Integers, poi
         near = [rigid[a] or beside[a, body[b]] for a, b in ((one, two), (two, one))]
         if all(near) and (meet + meet.T)[body[one], body[two]]:
             raise ModelError(
-                f"pairs: nodes {one} and {two} lie on each other at {place(points[one])}, next to the contact of their bodies, in no pair; there the "
-                "bodies would pass through each other: add the pair"
+                f"pairs: nodes {one} and {two} lie on each other at {place(points[one])}, next to the contact of their bodies, in no pair; add the "
+                "pair, for there the bodies would pass through each other"
             )
 
 

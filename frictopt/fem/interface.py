@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import qr
@@ -10,7 +11,7 @@ from scipy.sparse import csc_matrix, csr_matrix, diags, hstack, identity, kron
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import inv
 
-from ..contact import CONDENSATION, ROUNDING, SAME_POINT, Array, Booleans, Integers, place
+from ..contact import CONDENSATION, ROUNDING, SAME_POINT, Array, Booleans, Integers, first_of, place
 from ..contact.parts import runs
 from ..errors import ModelError
 
@@ -32,11 +33,6 @@ class Interface:
     opening: csr_matrix  # (N, all nodes) matrix M; its rows add up to 0
     frames: Array  # (N, d, d) orthonormal directions: `frames[i, r]` is direction r at pair i, the tangents first, the normal last
     able: csr_matrix  # (N, all nodes) entries of M at the nodes that may follow the others of their pair, see `guided`
-
-    @property
-    def kept(self) -> int:
-        """Number of relative motions, d N."""
-        return int(self.frames[..., 0].size)
 
     @cached_property
     def followers(self) -> tuple[Integers, csr_matrix, csr_matrix]:
@@ -65,8 +61,8 @@ class Interface:
         part = self.able[rows][:, columns].toarray()
         sizes = np.abs(np.diag(qr(part.T, mode="r")[0])) if len(columns) else np.zeros(0)
         stuck = np.r_[sizes <= SAME_POINT, np.full(len(rows) - len(sizes), True)]
-        if stuck.any():
-            i = int(rows[stuck.argmax()])
+        if (k := first_of(stuck)) is not None:
+            i = int(rows[k])
             raise ModelError(
                 f"pairs: the relative motion of pair {i}, of node {self.nodes[i]} of body 1, follows from those of other pairs or from supports; "
                 "leave it out if its nodes are in other pairs, else hold the bodies elsewhere; on a plane of symmetry hold both across it"
@@ -193,20 +189,16 @@ def check_course(points: Array, frames: Array, names: Sequence[str]) -> None:
         t, n, p = frames[run, 0], frames[run, 1], points[run]
         step = np.diff(p, axis=0)
         flips = np.sum(n[1:] * n[:-1], axis=1) <= 0
-        if flips.any():
-            i = run.start + int(flips.argmax())
+        at = [f"pair {run.start + i} at {place(point)}" for i, point in enumerate(p)]
+        ways = [f"from {one} to {two}" for one, two in pairwise(at)]
+        if (k := first_of(flips)) is not None:
             raise ModelError(
-                f"normals: they turn by 90 degrees or more from pair {i} at {place(points[i])} to pair {i + 1} at {place(points[i + 1])}; "
-                "let all point from body 2 into body 1, and make a contact of its own of each side of a sharp corner"
+                f"normals: they turn by 90 degrees or more {ways[k]}; let all point into body 1, and give each side of a corner a contact"
             )
         back = np.minimum(np.sum(t[1:] * step, axis=1), np.sum(t[:-1] * step, axis=1)) <= 0
-        if back.any():
-            i = run.start + int(back.argmax())
+        if (k := first_of(back)) is not None:
             hint = "reverse the pairs (or the normals, and exchange the bodies)" if back.all() else "order the pairs along the contact"
-            raise ModelError(
-                f"pairs: from pair {i} at {place(points[i])} to pair {i + 1} at {place(points[i + 1])} they go against the tangent, "
-                f"which is the normal turned by -90 degrees; {hint}"
-            )
+            raise ModelError(f"pairs: {ways[k]} they go against the tangent, which is the normal turned by -90 degrees; {hint}")
 
 
 def check_sides(K: csr_matrix, unknowns: Integers, graph: csr_matrix, interface: Interface, points: Array) -> None:
@@ -232,8 +224,7 @@ def check_sides(K: csr_matrix, unknowns: Integers, graph: csr_matrix, interface:
     sure = (np.abs(heights) > _ASIDE * np.linalg.norm(arms, axis=1)) & ~np.isin(seen.col, links.col)
     number = of + len(normals) * (side[seen.row] < 0)  # of body 1, then of body 2
     agree, contradict = (np.bincount(number[sure & part], minlength=2 * len(normals)).reshape(2, -1) > 0 for part in (heights > 0, heights < 0))
-    if (wrong := contradict.all(axis=0) | (contradict.any(axis=0) & ~agree.any(axis=0))).any():
-        i = int(wrong.argmax())
+    if (i := first_of(contradict.all(axis=0) | (contradict.any(axis=0) & ~agree.any(axis=0)))) is not None:
         raise ModelError(
             f"normals: that of pair {i} at {place(points[interface.nodes[i]])} does not point from body 2 into body 1, as their nodes lie there; "
             "turn it, or exchange the nodes of the pair (if all are so, in the plane also reverse the order of the pairs)"

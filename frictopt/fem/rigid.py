@@ -82,10 +82,8 @@ def _followed(K: csr_matrix, generalised: Integers, u: Array) -> Array:
     try:
         return np.asarray(-splu(csc_matrix(G[:, generalised])).solve(G @ u))
     except RuntimeError as error:
-        raise ModelError(
-            f"generalised: the stiffness of these {len(generalised)} rows is singular while all nodes are still ({error}); hold what moves freely, "
-            "or leave it out"
-        ) from error
+        rows = f"the stiffness of these {len(generalised)} rows is singular while all nodes are still"
+        raise ModelError(f"generalised: {rows} ({error}); hold what moves freely, or leave it out") from error
 
 
 def assemblies(graph: csr_matrix, interface: Interface) -> Integers:
@@ -143,8 +141,7 @@ def balanced(S: Array, R: Array, F: Array, motions: csr_matrix, relative: Array)
     error = float(max(errors, default=0.0))
     if not error <= EQUILIBRIUM:
         raise ModelError(
-            f"stiffness: elimination leaves equilibrium of the bodies with an error of {error:.1e}; materials, sizes or elements differ too much: "
-            "bring the stiffness of the bodies, the lengths, or the element sizes closer together"
+            f"stiffness: elimination leaves equilibrium of the bodies with errors of {error:.1e}; bring stiffness, lengths, elements closer together"
         )
     S = S - rigid @ (rigid.T @ S)
     return np.asarray(S - (S @ rigid) @ rigid.T), np.asarray(R - rigid @ excess)

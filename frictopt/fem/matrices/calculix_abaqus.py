@@ -52,10 +52,8 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     base = base.with_suffix("") if base.suffix in (".inp", ".sti", ".mas", ".dof") else base
     sti, dof, inp = (base.with_name(f"{base.name}.{ending}") for ending in ("sti", "dof", "inp"))
     if base.parent.is_dir() and not sti.exists():
-        raise ModelError(
-            f"stiffness: there is no {str(sti)!r}; CalculiX writes it in a step of *FREQUENCY, SOLVER=MATRIXSTORAGE, for which each material needs "
-            "*DENSITY: see what it says when it runs"
-        ) from FileNotFoundError(sti)
+        how = "CalculiX writes it in a step of *FREQUENCY, SOLVER=MATRIXSTORAGE, for which each material needs *DENSITY"
+        raise ModelError(f"stiffness: there is no {str(sti)!r}; {how}") from FileNotFoundError(sti)
     labels = np.column_stack(numbers_in(dof, "labels", ".", 2))
     mas = sti.with_suffix(".mas")
     K, M = _matrix("stiffness", sti, dof, len(labels)), _matrix("mass", mas, dof, len(labels)) if mas.exists() else None
@@ -73,11 +71,9 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
 def _matrix(what: str, path: Path, dof: Path, n: int) -> csr_matrix:
     """A matrix of n rows, of which the file has one triangle."""
     row, column, value = numbers_in(path, what, r"\s+", 3)
-    if min(row.min(), column.min()) < 1 or max(row.max(), column.max()) != n:
-        raise ModelError(
-            f"{what}: {path.name} has rows {min(row.min(), column.min()):g} to {max(row.max(), column.max()):g}, {dof.name} has {n} labels; "
-            "give both files of the same job"
-        )
+    first, last = min(row.min(), column.min()), max(row.max(), column.max())
+    if first < 1 or last != n:
+        raise ModelError(f"{what}: {path.name} has rows {first:g} to {last:g}, {dof.name} has {n} labels; give both files of the same job")
     return symmetric(what, row - 1, column - 1, value.astype(np.float64), n)
 
 
@@ -93,9 +89,8 @@ def _check_plane(labels: Integers, deck: Deck) -> None:
     thick = sorted({kind for kind, _, _ in deck.elements if kind.startswith(("CPS", "CPE"))})
     if thick and (labels[:, 1] == 3).any():
         raise ModelError(
-            f"deck: elements {', '.join(thick)} have displacements along z in CalculiX's matrix, which no plane contact has; for plane stress write "
-            "CPE elements with E (1 + 2 nu) / (1 + nu)^2 in place of E and nu / (1 + nu) in place of nu, which is the same in the plane; leave out "
-            "trusses, beams and shells"
+            f"deck: elements {', '.join(thick)} have displacements along z in CalculiX's matrix; for plane stress write CPE elements with "
+            "E (1 + 2 nu) / (1 + nu)^2 for E and nu / (1 + nu) for nu, and leave out trusses, beams and shells"
         )
 
 
@@ -118,9 +113,8 @@ def with_rotations(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[Integer
         felt[rows] = abs(K[rows]).max(axis=1).toarray().ravel() > 0  # CalculiX writes rotations too that the part does not feel
         moved = constraints.part(reference)[1][:, labels[rows[felt[rows]], 1] - 1]
         if np.linalg.matrix_rank(moved, SAME_POINT * np.abs(moved).max(initial=0.0)) < moved.shape[1]:
-            raise ModelError(
-                f"deck: the nodes that follow REF NODE {deck.numbers[reference]} do not determine its rotation; hold it, or give nodes off a line"
-            )
+            node = deck.numbers[reference]
+            raise ModelError(f"deck: the nodes that follow REF NODE {node} do not determine its rotation; hold it, or give nodes off a line")
     if any(kind.startswith("C3D8I") for kind, _, _ in deck.elements):
         labels[np.isin(labels[:, 0], made), 0] *= -1
     return labels, felt

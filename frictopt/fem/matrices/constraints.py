@@ -164,11 +164,8 @@ def checked_labels(values: ArrayLike) -> Integers:
     labels = whole_array("labels", values, (None, 2), least=-(10**12), most=10**12)
     if not displaced(labels).any():
         raise ModelError("labels: none is that of a displacement, a node and direction 1, 2 or 3; without any there is no contact")
-    if len(np.unique(labels, axis=0)) != len(labels):
-        raise ModelError(
-            f"labels: {len(labels) - len(np.unique(labels, axis=0))} labels are given twice; let the code write the matrix again, of solids alone: "
-            "CalculiX gives nodes of shells, beams and trusses several rows"
-        )
+    if twice := len(labels) - len(np.unique(labels, axis=0)):
+        raise ModelError(f"labels: {twice} labels are given twice; write the matrix of solids alone: shells, beams and trusses have several rows")
     return whole(labels)
 
 
@@ -180,9 +177,7 @@ def displaced(labels: Integers) -> Booleans:
 def rows_of_nodes(labels: Integers, numbers: Integers, constraints: Constraints) -> Integers:
     """(nodes, 6) row of each node's displacements and rotations, -1 where the deck holds them, -2 where there is none else."""
     if len(lost := np.setdiff1d(labels[displaced(labels), 0], numbers)):
-        raise ModelError(
-            f"deck: node {lost[0]} of the matrix is not in it; give the deck of the same job, of solids alone: codes make nodes for shells and beams"
-        )
+        raise ModelError(f"deck: node {lost[0]} of the matrix is not in it; give the deck of the same job, of solids alone, not shells or beams")
     rows = np.flatnonzero(np.isin(labels[:, 0], numbers) & (labels[:, 1] >= 1) & (labels[:, 1] <= 6))
     order = np.argsort(numbers)
     node = order[np.searchsorted(numbers, labels[rows, 0], sorter=order)]

@@ -131,15 +131,9 @@ class MatrixJob(LabelledMatrix):
         rows = np.intersect1d(origin[facet_nodes(whole, between(self.mesh, corners))].indices, deck.midsides)
         free, gone = rows[(unknowns[rows] >= 0).any(axis=1)], rows[(unknowns[rows] < -1).any(axis=1)]
         if len(lost := np.setdiff1d(gone, deck.constraints.ends[:, 0] // 6)):
-            raise ModelError(
-                f"faces: node {int(deck.numbers[lost[0]])} is amid an edge of a contact face and has no row in the matrix; retain such nodes when "
-                "you reduce a model, then go on with job.with_linear_faces()"
-            )
+            raise ModelError(f"faces: node {deck.numbers[lost[0]]}, amid an edge of a contact face, has no row in the matrix; retain such nodes")
         if len(free):
-            raise ModelError(
-                f"faces: node {int(deck.numbers[free[0]])} is amid an edge of a contact face and moves on its own; a contact has corner nodes "
-                "alone: go on with job.with_linear_faces(), or name the faces of all contacts in it"
-            )
+            raise ModelError(f"faces: node {deck.numbers[free[0]]}, amid an edge of a contact face, moves on its own; use job.with_linear_faces()")
 
     def _corners(self, where: str | ArrayLike) -> Integers:
         return np.setdiff1d(self.nodes(where), self._known.midsides, assume_unique=True)

@@ -95,10 +95,8 @@ def printed_modes(path: Path, labels: Integers, deck: Deck | None) -> tuple[Arra
     table = head.partition("E I G E N V A L U E   O U T P U T")[2].partition("P A R T I C I P A T I O N")[0]
     frequencies = [float(value) for value in _FREQUENCY.findall(table)]
     if not frequencies or len(frequencies) != len(modes):
-        raise ModelError(
-            f"modes: {str(path)!r} has {len(frequencies)} frequencies and {len(modes)} modes; give the .dat of a step of *FREQUENCY with "
-            "*NODE PRINT, NSET=.. of U"
-        )
+        counts = f"{len(frequencies)} frequencies and {len(modes)} modes"
+        raise ModelError(f"modes: {str(path)!r} has {counts}; give the .dat of a step of *FREQUENCY with *NODE PRINT, NSET=.. of U")
     return frozen(frequencies), frozen([_shape(mode, labels, path, deck) for mode in modes])
 
 

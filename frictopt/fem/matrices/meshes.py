@@ -77,10 +77,7 @@ def mesh_of(deck: Deck, directions: int) -> Mesh:
         raise ModelError(f"deck: elements of shape {shape}, but {directions} directions of displacement; give plane elements for 2, solids for 3")
     z = np.ptp(deck.points[:, 2])
     if directions == 2 and z > SAME_POINT * np.ptp(deck.points):
-        raise ModelError(
-            f"deck: z varies by {z:g}, and there are no solids; give a mesh in the plane z = 0, or put the volumes of the bodies into groups (gmsh: "
-            "physical groups; it saves only what is in one)"
-        )
+        raise ModelError(f"deck: z varies by {z:g}, and there are no solids; give a mesh in z = 0, or in gmsh physical groups of the volumes")
     linear = shape.rstrip("0123456789")
     whole = meshio_library().Mesh(deck.points, [(linear, nodes[:, : (PLANE | SOLID)[linear]])])
     from skfem.io.meshio import from_meshio  # here, for it imports meshio
