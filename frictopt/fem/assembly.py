@@ -28,23 +28,9 @@ Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Di
 class Assembly:
     """The parts of a `ContactModel`; all nodes are counted body after body, of each body all x displacements come first, then all y, and so on.
 
-    Attributes
-    ----------
-    bodies, cuts
-        Name -> body, cut where bolts are tightened, and the cuts.
-    points, rows, free_rows
-        (nodes, d) coordinates and unknowns of all nodes, and unknowns with -1 where they are held, -2 where they follow others.
-    tied
-        (size, size) matrix of all displacements by those that follow no others: midside nodes on contact faces follow corners.
-    first_node
-        Name of a body -> number of its first node.
-    contact, gap, width
-        (N,) number of the contact, initial gap, and tributary length (axisymmetric and in space area) of the pairs.
-    names, joints
-        Name of each contact, and how its nodes are joined.
-    pairs, sides
-        The N pairs, of which a corner of several contacts is in so many as move independently; (N, nodes) matrices of the nodes of body 1, and of the
-        places of body 2, that they lie at.
+    `points`, `rows` and `free_rows` are (nodes, d) coordinates and unknowns, -1 where held, -2 where following others by the matrix `tied`, as nodes
+    amid edges of contact faces do. A corner of several contacts is in as many of the N pairs as move independently. The pairs have number of the
+    contact, gap and width (N,), and `sides`, (N, nodes) matrices of the nodes of body 1, and of the places of body 2, that they lie at.
     """
 
     def __init__(

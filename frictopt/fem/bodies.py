@@ -83,7 +83,9 @@ class Body:
             raise ModelError(f"{argument}: boundary {shown(name)} is unknown; this mesh names {sorted(boundaries)}{hint}")
         facets = np.unique(boundaries[name])
         if not len(facets) or np.any(self.mesh.f2t[1, facets] >= 0):
-            raise ModelError(f"{argument}: boundary {name!r} has no facets, or facets inside the body; name its outline, or use `split_bodies` first")
+            raise ModelError(
+                f"{argument}: boundary {name!r} has no facets, or facets inside the body; name its outline, or `split_bodies` that share nodes"
+            )
         return facets
 
     def boundary_nodes(self, name: str, argument: str) -> Integers:

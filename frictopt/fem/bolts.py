@@ -124,8 +124,6 @@ def released(K: csr_matrix, rows: Integers, cuts: Sequence[Cut]) -> tuple[csr_ma
 
     With the matrix C that lets far faces follow near ones, and the motions c of far faces against the axes, by the amounts x, `u = C y + c x`. No
     force but that of F acts along x: `c^T (K u - F) = 0`. So y has the stiffness `R^T K R`, none at the far faces, and the loads `R^T F`.
-
-    K and rows are the stiffness of the bodies that are cut, and its rows of all nodes (nodes, d).
     """
     size, moves = K.shape[0], [csr_matrix((K.shape[0], 0))]
     follows = np.arange(size)

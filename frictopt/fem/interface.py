@@ -89,12 +89,7 @@ class Interface:
 
         And which of the y each displacement is, (nodes, d), -1 for those that are held or replaced by relative motions.
 
-        Parameters
-        ----------
-        unknowns
-            (nodes, d) rows of the stiffness, -1 where a displacement is held at zero.
-        size
-            Number of rows of the stiffness.
+        The (nodes, d) rows of the stiffness are -1 where a displacement is held at zero, and `size` is the number of all rows.
         """
         (following, W, _), each, free = self.followers, identity(unknowns.shape[1]), unknowns >= 0
         free[following] = False

@@ -20,7 +20,7 @@ from .condense import eliminated, fronts
 from .elasticity import MOMENTS, Kinematics, element_means
 from .elements import basis_of
 from .loads import Expansion
-from .matrices.meshes import meshio_library
+from .matrices.meshes import library
 
 _COMPONENTS = ("xx", "yy", "xy", "zz", "xz", "yz")  # the first four in the plane
 _ARMS = {"triangle": [1, 2], "quad": [1, 3], "tetra": [1, 2, 3], "hexahedron": [1, 3, 4]}  # in the order of VTK, next to the first node
@@ -137,7 +137,7 @@ class BodyFields(Shown, Plotted):
         ModelError
             An unknown body, or a file that cannot be written.
         """
-        meshio, whole = meshio_library(), self._in_meshio(body)
+        meshio, whole = library(), self._in_meshio(body)
         try:
             whole.write(path)
         except (OSError, TypeError, ValueError, meshio.WriteError, meshio.ReadError) as error:
@@ -167,7 +167,7 @@ def von_mises(stress: Array) -> Array:
 
 def in_meshio(mesh: Any) -> Any:
     """A mesh of scikit-fem as one in space of meshio, its elements right-handed: VTK counts the volume of others as negative."""
-    meshio_library()
+    library()
     from skfem.io.meshio import to_meshio  # here, for it imports meshio
 
     whole, places = to_meshio(mesh, encode_cell_data=False), mesh.elem().doflocs

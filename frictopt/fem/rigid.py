@@ -36,16 +36,7 @@ def node_graph(K: csr_matrix, unknowns: Integers, generalised: Integers = NO_ROW
 def free_motions(K: csr_matrix, unknowns: Integers, points: Array, body: Integers, generalised: Integers = NO_ROWS) -> csr_matrix:
     """(size, k) rigid motions, of one body each, that need no force; orthonormal.
 
-    Parameters
-    ----------
-    K
-        The stiffness.
-    unknowns, points
-        (nodes, d) rows of the stiffness, -1 where held, -2 where they follow others, and coordinates.
-    body
-        (nodes,) number of the body that each node belongs to.
-    generalised
-        Rows of K that are no displacement of a node: they follow without force.
+    Arguments are those of `Glued`, and the (nodes,) number of the body of each node. Generalised coordinates follow without force.
     """
     rigid = _rigid_motions(points, body)
     listed = unknowns >= 0
@@ -122,14 +113,7 @@ def balanced(S: Array, R: Array, F: Array, motions: csr_matrix, relative: Array)
     S must have no stiffness against a rigid motion of one body that its supports allow, and the reactions of a load case must do the work of the load
     in it, with the opposite sign. The deviation measures the accuracy of the elimination.
 
-    Parameters
-    ----------
-    S, R
-        (k, k) stiffness of the relative motion and (k, loads) reactions.
-    F
-        (size, loads) loads before the elimination.
-    motions, relative
-        Rigid motions that `free_motions` found, and their `slips_of` the contacts.
+    S (k, k), R (k, loads) and F (size, loads) are the stiffness, the reactions, and the loads before the elimination.
     """
     if not motions.shape[1]:
         return S, R

@@ -62,14 +62,9 @@ def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob
         warnings.simplefilter("ignore")  # that a static file has no mass
         numbers, upper, _ = by_library(_ANSYS, lambda _: full.load_km(as_sparse=True, sort=True), file, "stiffness")
     labels, held = (np.asarray(found + [0, 1], dtype=np.intp) for found in (numbers, full.const))
-    free = np.flatnonzero(~np.isin(_code(labels), _code(held)))
+    free = np.flatnonzero(~np.isin(labels @ [10, 1], held @ [10, 1]))
     K = csr_matrix(upper + triu(upper, 1).T)
     return MatrixJob(K[free][:, free], labels[free], None if deck is None else _archive(reader, file_path("deck", deck), held))
-
-
-def _code(labels: Integers) -> Integers:
-    """One number for each label."""
-    return np.asarray(10 * labels[:, 0] + labels[:, 1])
 
 
 def _archive(reader: Any, file: Path, held: Integers) -> Deck:

@@ -50,20 +50,25 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     """
     base = file_path("job", job)
     base = base.with_suffix("") if base.suffix in (".inp", ".sti", ".mas", ".dof") else base
-    sti, dof, inp = (base.with_name(f"{base.name}.{ending}") for ending in ("sti", "dof", "inp"))
+    sti, mas, dof, inp = (base.with_name(f"{base.name}.{ending}") for ending in ("sti", "mas", "dof", "inp"))
     if base.parent.is_dir() and not sti.exists():
         how = "CalculiX writes it in a step of *FREQUENCY, SOLVER=MATRIXSTORAGE, for which each material needs *DENSITY"
         raise ModelError(f"stiffness: there is no {str(sti)!r}; {how}") from FileNotFoundError(sti)
     labels = np.column_stack(numbers_in(dof, "labels", ".", 2))
-    mas = sti.with_suffix(".mas")
     K, M = _matrix("stiffness", sti, dof, len(labels)), _matrix("mass", mas, dof, len(labels)) if mas.exists() else None
     path = inp if deck is None else file_path("deck", deck)
     if deck is None and not path.exists():
         return MatrixJob(K, labels, M=M)
-    written = read_deck(path)
+    written, keywords = read_deck(path), [(keyword, options) for keyword, options, _ in blocks(path)]
+    if any(keyword == "CONTACTPAIR" for keyword, _ in keywords) and any("PERTURBATION" in options for _, options in keywords):  # seen in 2.20
+        raise ModelError(f"deck {path.name}: *STEP, PERTURBATION puts the springs of each *CONTACT PAIR into the matrix; take *CONTACT PAIR out")
     labels, felt = with_rotations(K, labels, written)
-    _check_plane(labels, written)
-    _check_no_springs(path)
+    thick = sorted({kind for kind, _, _ in written.elements if kind.startswith(("CPS", "CPE"))})
+    if thick and (labels[:, 1] == 3).any():
+        raise ModelError(
+            f"deck: elements {', '.join(thick)} have displacements along z in CalculiX's matrix; for plane stress write CPE elements with "
+            "E (1 + 2 nu) / (1 + nu)^2 for E and nu / (1 + nu) for nu, and leave out trusses, beams and shells"
+        )
     K, M = (None if part is None else csr_matrix(part[felt][:, felt]) / written.thickness for part in (K, M))
     return MatrixJob(K, labels[felt], written, M=M)
 
@@ -75,23 +80,6 @@ def _matrix(what: str, path: Path, dof: Path, n: int) -> csr_matrix:
     if first < 1 or last != n:
         raise ModelError(f"{what}: {path.name} has rows {first:g} to {last:g}, {dof.name} has {n} labels; give both files of the same job")
     return symmetric(what, row - 1, column - 1, value.astype(np.float64), n)
-
-
-def _check_no_springs(path: Path) -> None:
-    """Check that CalculiX (2.20 was seen) has put no springs of contacts into the matrix, which join the bodies."""
-    found = list(blocks(path))
-    if any(keyword == "CONTACTPAIR" for keyword, _, _ in found) and any(keyword == "STEP" and "PERTURBATION" in given for keyword, given, _ in found):
-        raise ModelError(f"deck {path.name}: *STEP, PERTURBATION puts the springs of each *CONTACT PAIR into the matrix; take *CONTACT PAIR out")
-
-
-def _check_plane(labels: Integers, deck: Deck) -> None:
-    """Check that plane elements have displacements in their plane alone."""
-    thick = sorted({kind for kind, _, _ in deck.elements if kind.startswith(("CPS", "CPE"))})
-    if thick and (labels[:, 1] == 3).any():
-        raise ModelError(
-            f"deck: elements {', '.join(thick)} have displacements along z in CalculiX's matrix; for plane stress write CPE elements with "
-            "E (1 + 2 nu) / (1 + nu)^2 for E and nu / (1 + nu) for nu, and leave out trusses, beams and shells"
-        )
 
 
 def with_rotations(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[Integers, Booleans]:
@@ -216,8 +204,8 @@ def numbers_in(path: Path, what: str, separator: str, columns: int) -> Any:
 
 
 def _remedy(text: str, columns: int) -> str:
-    lines = [line for line in text.splitlines()[:100] if line.strip() and not line.startswith("*")]
-    if columns == 5 and lines and len(lines[0].replace(",", " ").split()) == 3:
+    first = next((line for line in text.splitlines() if line.strip() and not line.startswith("*")), "")
+    if columns == 5 and len(first.replace(",", " ").split()) == 3:
         return "rows of 3 are Abaqus's FORMAT=COORDINATE, which does not say which nodes they belong to: write it with FORMAT=MATRIX INPUT"
     if "nan" in text:
         return "the code itself wrote nan, as CalculiX does for *MPC: write such a constraint as *EQUATION"

@@ -21,24 +21,6 @@ _MAKING = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"}  # nodes and ele
 class Deck(Shown):
     """Nodes, sets and elements of a CalculiX or Abaqus deck. Names of sets are in capital letters, for neither code tells cases apart.
 
-    Parameters
-    ----------
-    numbers, points
-        (nodes,) numbers of the nodes, and (nodes, 3) coordinates.
-    sets
-        Node set, or surface of nodes -> rows of `points`.
-    elements
-        For each block of elements its type, the numbers of its elements (m,), and their nodes (m, k) as rows of `points`; the numbers alone
-        where the type is neither solid nor truss.
-    element_sets
-        Element set -> numbers of elements.
-    thicknesses
-        Different thicknesses of the sections of plane elements; nan for one that varies.
-    constraints
-        Displacements and rotations that are held or follow others.
-    surfaces
-        Surface of elements -> numbers of elements and the number of their face, in pairs.
-
     Examples
     --------
     >>> import frictopt as fo
@@ -49,14 +31,18 @@ class Deck(Shown):
     [9, 10, 100, 101, 102, 103]
     """
 
-    numbers: Integers
-    points: Array
-    sets: Mapping[str, Integers]
-    elements: tuple[tuple[str, Integers, Integers], ...]
-    element_sets: Mapping[str, Integers]
-    thicknesses: tuple[float, ...]
-    constraints: Constraints
-    surfaces: Mapping[str, tuple[tuple[Integers, int], ...]] = field(default_factory=dict)
+    numbers: Integers  # (nodes,) of the nodes
+    points: Array  # (nodes, 3) coordinates
+    sets: Mapping[str, Integers]  # node set, or surface of nodes -> rows of `points`
+    elements: tuple[
+        tuple[str, Integers, Integers], ...
+    ]  # of each block the type, the numbers (m,), and the nodes (m, k) of solids and trusses by row
+    element_sets: Mapping[str, Integers]  # element set -> numbers of elements
+    thicknesses: tuple[float, ...]  # different ones of the sections of plane elements; nan for one that varies
+    constraints: Constraints  # displacements and rotations that are held or follow others
+    surfaces: Mapping[str, tuple[tuple[Integers, int], ...]] = field(
+        default_factory=dict
+    )  # of elements -> numbers, and number of their face, in pairs
 
     def _answer(self) -> Mapping[str, object]:
         return {"nodes": len(self.numbers), "sets": sorted(self.sets), "elements": sorted({kind for kind, _, _ in self.elements})}
@@ -131,11 +117,7 @@ def deck_of_points(
     sets: Mapping[str, Sequence[int]] = MappingProxyType({}),
     held: Iterable[Sequence[int]] = (),
 ) -> Deck:
-    """A deck from number of a node -> coordinates (2,) or (3,).
-
-    Type of elements -> number and nodes of each; node set -> nodes; node and direction, 1 to 6, of displacements and rotations that are held, where
-    those of other nodes are passed over.
-    """
+    """A deck from number of a node -> coordinates (2,) or (3,), type of elements -> number and nodes of each, and node, direction that is held."""
     read = _Read(solids=[(kind, [list(row) for row in rows]) for kind, rows in solids.items()])
     for name, point in points.items():
         node = whole_number("deck: node", name, least=1, most=10**12)
@@ -169,11 +151,7 @@ def read_deck(path: Path) -> Deck:
     for keyword, options, lines in blocks(path):
         said = ", ".join(f"{name}={value}" if value else name for name, value in options.items())
         start = f"deck {path.name}: the block *{keyword} {said}".rstrip()
-        if (keyword in ("SYSTEM", "TRANSFORM") and lines) or (keyword == "NODE" and options.get("SYSTEM", "R") != "R"):
-            raise ModelError(f"{start} gives directions of its own; write coordinates, and the matrix, in the global directions")
-        moved = keyword == "INSTANCE" and re.search("[1-9]", "".join(lines))
-        if moved or keyword in _MAKING or (keyword in ("NODE", "ELEMENT") and "INPUT" in options):
-            raise ModelError(f"{start} makes or moves nodes or elements that are not listed; {FLAT}")
+        _check_listed(start, keyword, options, lines)
         try:
             if keyword in _READERS:
                 _READERS[keyword](read, options, lines)
@@ -184,6 +162,15 @@ def read_deck(path: Path) -> Deck:
     if not read.nodes:
         raise ModelError(f"deck {path.name}: no nodes; give the input deck of the job")
     return read.deck()
+
+
+def _check_listed(start: str, keyword: str, options: Mapping[str, str], lines: Sequence[str]) -> None:
+    """Check that a block gives nodes and displacements in the global directions, and all that it makes in the deck itself."""
+    if (keyword in ("SYSTEM", "TRANSFORM") and lines) or (keyword == "NODE" and options.get("SYSTEM", "R") != "R"):
+        raise ModelError(f"{start} gives directions of its own; write coordinates, and the matrix, in the global directions")
+    moved = keyword == "INSTANCE" and re.search("[1-9]", "".join(lines))
+    if moved or keyword in _MAKING or (keyword in ("NODE", "ELEMENT") and "INPUT" in options):
+        raise ModelError(f"{start} makes or moves nodes or elements that are not listed; {FLAT}")
 
 
 @dataclass
