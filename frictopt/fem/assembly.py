@@ -15,11 +15,10 @@ from .bodies import Body, Support
 from .bolts import BoltPreload, Cut, cut_bodies, released
 from .condense import Glued
 from .contacts import Contact, Interference, check_touching, joined, shares
-from .elasticity import Kinematics, body_stiffness, values_at
-from .elements import midside_ties
+from .elasticity import Kinematics, body_stiffness, midside_ties
 from .given import same_point
 from .interface import Interface, frames_of, guided, openings
-from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
+from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction, values_at
 from .rigid import NO_ROWS, assemblies, free_motions, node_graph
 
 Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Displacement | Interference | BoltPreload
@@ -215,7 +214,8 @@ class Assembly:
         if len(named) == len(parts) and felt <= ROUNDING * most and most > 0:
             own = [support for support in self.supports if support.body in dict(named)]
             where = " and ".join(f"{name!r} of body {body!r}" for body, name in named)
-            raise ModelError(f"{argument}: acts on boundary {where} only where supports hold it against the force, {own}; load another, or hold less")
+            held = f"only where supports hold it against the force, {own}"
+            raise ModelError(f"{argument}: acts on boundary {where} {held}; load another boundary, or hold less")
 
     def _move(self, argument: str, part: Displacement, moved: Array) -> None:
         """Enter a displacement into those of all unknowns, nan where none is given."""

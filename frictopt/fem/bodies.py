@@ -10,8 +10,20 @@ from skfem import Mesh
 
 from ..contact import Array, Integers, check_text, choice, finite_numbers, first_of, shown
 from ..errors import ModelError
-from .elasticity import ELEMENT_NAMES, KINEMATICS, ElementName, Kinematics, Material
-from .elements import QUADRATIC, facet_nodes, functions_of, parts_of, points_from, quadratic, through_corners
+from .elasticity import (
+    ELEMENT_NAMES,
+    KINEMATICS,
+    QUADRATIC,
+    ElementName,
+    Kinematics,
+    Material,
+    facet_nodes,
+    functions_of,
+    parts_of,
+    points_from,
+    quadratic,
+    through_corners,
+)
 
 Place = str | tuple[float, ...]
 """Name of a boundary, or the coordinates of one node."""
@@ -83,9 +95,7 @@ class Body:
             raise ModelError(f"{argument}: boundary {shown(name)} is unknown; this mesh names {sorted(boundaries)}{hint}")
         facets = np.unique(boundaries[name])
         if not len(facets) or np.any(self.mesh.f2t[1, facets] >= 0):
-            raise ModelError(
-                f"{argument}: boundary {name!r} has no facets, or facets inside the body; name its outline, or `split_bodies` that share nodes"
-            )
+            raise ModelError(f"{argument}: boundary {name!r} has no facets, or facets inside the body; name its outline, or `split_bodies`")
         return facets
 
     def boundary_nodes(self, name: str, argument: str) -> Integers:

@@ -11,8 +11,8 @@ from skfem import Mesh
 from ..contact import Array, Integers
 from ..errors import ModelError
 from .bodies import Body
-from .elasticity import Kinematics, Part, boundary_forces
-from .elements import facet_nodes, parts_of, points_from
+from .elasticity import Kinematics, boundary_forces, facet_nodes, parts_of, points_from
+from .loads import Part
 
 _FLAT = 1e-3  # share of its extent by which a section may be out of its plane: decks have few digits
 

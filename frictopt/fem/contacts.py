@@ -16,10 +16,10 @@ from ..contact import COUNTS, SAME_POINT, Array, Integers, check_text, finite_nu
 from ..contact.parts import checked_springs
 from ..errors import ModelError
 from .bodies import Body
-from .elasticity import Kinematics, Part, circumference, values_at
-from .elements import parts_of
+from .elasticity import Kinematics, circumference, parts_of
 from .faces import Overlaps, areas_of, course, facet_overlaps, facets_around, mortar_projection, node_normals, sag
 from .given import same_point
+from .loads import Part, values_at
 
 _SMOOTH = 0.9  # least cosine between normals of faces that go on as one: sharp corners have less, meshes of curved faces more
 _FACED = 0.5  # least share of a facet of body 1 that faces body 2: the ends and rims of round faces miss each other by their sag

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from ..contact import CONDENSATION, SAME_POINT, Array, Integers, choice, finite_array, first_of, frozen, listed, place, whole_array
 from ..errors import ModelError
-from .elements import parts_of
+from .elasticity import parts_of
 from .interface import Interface
 
 _SYMMETRY = 10 * CONDENSATION  # asymmetry of a given stiffness, over its largest entry: other codes write ten digits or more

@@ -17,8 +17,7 @@ from ..errors import ModelError, ModelWarning
 from .assembly import Assembly
 from .bodies import Body
 from .condense import eliminated, fronts
-from .elasticity import MOMENTS, Kinematics, element_means
-from .elements import basis_of
+from .elasticity import MOMENTS, Kinematics, basis_of, element_means
 from .loads import Expansion
 from .matrices.meshes import library
 

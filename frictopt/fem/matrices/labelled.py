@@ -19,7 +19,7 @@ from skfem import Mesh
 
 from ...contact import Array, Integers, Shown, finite_array, finite_number, first_of, frozen, place, shown, whole, whole_array
 from ...errors import ModelError
-from ..elements import facet_nodes, parts_of, places_among
+from ..elasticity import facet_nodes, parts_of, places_among
 from ..faces import lines_along
 from ..given import checked_stiffness, same_point
 from ..rigid import node_graph

@@ -14,7 +14,7 @@ from skfem import Mesh
 
 from ...contact import SAME_POINT, Array, Integers, place, shown
 from ...errors import ModelError
-from ..elements import QUADRATIC, completion, places_among
+from ..elasticity import QUADRATIC, completion, places_among
 from .constraints import Constraints
 from .deck import Deck, read_deck
 from .text import PLANE, SOLID
