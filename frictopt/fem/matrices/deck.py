@@ -211,7 +211,7 @@ class _Read:
         elements = list[tuple[str, Integers, Integers]]()
         for kind, rows in self.solids:
             own, *ends = zip(*rows, strict=True)
-            elements.append((kind, whole(own), np.reshape([_rows(row, end, f"elements {kind}") for end in ends], (-1, len(rows))).T))
+            elements.append((kind, whole(own), whole(np.reshape([_rows(row, end, f"elements {kind}") for end in ends], (-1, len(rows))).T)))
         constraints = constraints_of(self.constraining, row, nodes, points)
         return Deck(whole(list(self.nodes)), points, nodes, tuple(elements), element_sets, tuple(thick), constraints, surfaces)
 
