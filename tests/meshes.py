@@ -125,13 +125,13 @@ def column(**options):
 
 def matrices_of(model):
     """What `condense` is given for a model whose faces match: each pair has the nodes of both bodies."""
-    parts, opening = model._parts, model._parts.interface.opening.sorted_indices()
+    parts, opening = model._parts, model._parts.glued.interface.opening.sorted_indices()
     others = [int(row.indices[row.data < 0][0]) for row in opening]
     return {
-        "K": parts.stiffness,
+        "K": parts.glued.K,
         "loads": {name: force for name, (force, _, _) in model._cases.items()},
-        "pairs": np.column_stack([parts.interface.nodes, others]),
-        "normals": parts.interface.frames[:, -1],
+        "pairs": np.column_stack([parts.glued.interface.nodes, others]),
+        "normals": parts.glued.interface.frames[:, -1],
         "unknowns": parts.free_rows,
         "points": parts.points,
         "held": parts.rows[parts.free_rows == -1],

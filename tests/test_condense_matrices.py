@@ -86,9 +86,9 @@ def test_gaps_given_and_measured():
         fo.condense(**lifted, gap="measured")
 
 
-def test_names_widths_and_the_modulus_are_kept():
-    system = fo.condense(**matched(), contact=["left", "left", "right", "right"], width=[1, 2, 3, 4], E_star=5.0)
-    assert system.contact.tolist() == ["left", "left", "right", "right"] and system.width.tolist() == [1, 2, 3, 4] and system.E_star == 5.0
+def test_names_and_widths_are_kept():
+    system = fo.condense(**matched(), contact=["left", "left", "right", "right"], width=[1, 2, 3, 4])
+    assert system.contact.tolist() == ["left", "left", "right", "right"] and system.width.tolist() == [1, 2, 3, 4]
     halves = fo.condense(**matched(), contact=["left", "left", "right", "right"])
     assert np.allclose(halves.width, 1 / 3) and np.allclose(np.diff(halves.x), 2 / 3)
     assert fo.condense(**matched(), contact=["one", "two", "three", "four"]).width is None
@@ -155,7 +155,7 @@ BAD = {
     "K: not symmetric, K[0, 1] =": {"K": SKEW},
     "K: entries: value nan": {"K": K * np.nan},
     "of K is given twice, to nodes [": {"unknowns": TWICE},
-    "is no node's; give it to a node, name it in held": {"unknowns": LONE},
+    "is no node's; give it to one, or name it in held": {"unknowns": LONE},
     "generalised: row 3 of K is given twice, to nodes [": {"generalised": [3]},
     "generalised: 48 at index 0; give integers from 0 to 47": {"generalised": [48]},
     "at index (0, 0); give integers from -2 to 47": {"unknowns": ROWS + 0.5},

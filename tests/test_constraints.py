@@ -59,7 +59,7 @@ def test_forces_go_where_the_deck_says(tmp_path, text, labels, moved):
         ("*EQUATION\n2\n3, 2, 1., TOP, 2, -1.\n", "a block \\*EQUATION that cannot be read here: .*a set of nodes that is not the first term"),
         ("*EQUATION\n2\n3, 2, 1., 99, 2, -1.\n", "a block \\*EQUATION that cannot be read here: 99"),
         ("*EQUATION\n3\n3, 2, 1., 2, 2, -1.\n", "a block \\*EQUATION that cannot be read here"),
-        ("*EQUATION, REMOVE\n3, 2\n", "the deck has \\*EQUATION"),
+        ("*EQUATION, REMOVE\n3, 2\n", "the deck has a block \\*EQUATION .*REMOVE"),
         ("*BOUNDARY\nLOST, 1, 2\n", "a block \\*BOUNDARY that cannot be read here: 'LOST'"),
         ("*RIGID BODY, NSET=TOP, REF NODE=99, ROT NODE=1\n", "a block \\*RIGIDBODY that cannot be read here: 99"),
     ],

@@ -111,7 +111,7 @@ def test_the_first_contact_of_the_list_has_the_corner():
 
 
 def test_a_face_that_is_all_corners_is_refused():
-    with pytest.raises(fo.ModelError, match=re.escape("all nodes of 'left right' are corners that contacts before it have, the first at (1, 0)")):
+    with pytest.raises(fo.ModelError, match=re.escape("all nodes of 'left right' are corners that contacts before it have; mesh it")):
         shims(MeshQuad, up=1)
 
 

@@ -136,7 +136,7 @@ def test_a_crack_of_gmsh_is_a_contact_of_its_body_as_the_page_of_questions_has_i
 
 
 LEFT_OUT = [
-    ({"bodies": ()}, "a.msh: z varies by 2, and there are no solids; .* put the volumes of the bodies into groups"),
+    ({"bodies": ()}, "a.msh: z varies by 2, and there are no solids; .* gmsh physical groups of the volumes"),
     ({"bodies": ("upper",)}, "a.msh: boundary 'bottom': [0-9]+ of its [0-9]+ faces belong to no element; put the body beside it into a group"),
     ({"groups": ("nowhere",)}, "a.msh: boundary 'nowhere': it names no faces"),
 ]
@@ -158,7 +158,7 @@ def test_a_mesh_without_names_has_no_bodies(tmp_path):
 def test_bodies_that_share_nodes_are_told_to_split(tmp_path):
     cubes(MeshTet, [tmp_path / "a.msh"])
     both = fo.Body(fo.read_mesh(tmp_path / "a.msh"))
-    with pytest.raises(fo.ModelError, match=r"facets inside the body; .* if two bodies share the nodes there, let `split_bodies` give each its own"):
+    with pytest.raises(fo.ModelError, match=r"facets inside the body; name its outline, or `split_bodies`"):
         fo.ContactModel({"upper": both, "lower": both}, [], {"P": [fo.BodyForce("upper", z=-1)]}, [fo.Contact("upper", "lower", "middle", "middle")])
     with pytest.raises(fo.ModelError, match=r"pair 1 is node 0 at \(0, 0\) twice, so both bodies share it"):
         fo.condense(np.eye(4), {"P": [0, -1, 0, -1]}, [[1, 0], [0, 0]], [0, 1], [[0, 1], [2, 3]], [[0, 0], [1, 0]])

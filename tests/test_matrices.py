@@ -199,7 +199,7 @@ DAMAGED = [  # file, text, what stands in its place (None: of the whole file; no
     ("job.inp", "Left, 30", "Both, 30", "'BOTH' names 'BOTH'"),
     ("job.inp", "*HEADING", "*SYSTEM\n1., 0., 0., 1., 1., 0.\n*HEADING", "block \\*SYSTEM .*in the global directions"),
     ("job.inp", "*HEADING", "*TRANSFORM, NSET=LEFT\n0., 1., 0., -1., 0., 0.\n*HEADING", "block \\*TRANSFORM NSET=LEFT .*in the global directions"),
-    ("job.inp", "7, 30, 50, 60, 40", "1, 30, 50, 60, 40", r"1 numbers of elements are given twice.*flat deck.* \(Abaqus/CAE: "),
+    ("job.inp", "7, 30, 50, 60, 40", "1, 30, 50, 60, 40", r"element 1 is defined twice.*flat deck.* \(Abaqus/CAE: "),
     ("job.inp", "*NSET, NSET=Both\nLeft, 30\n40,", "*NSET, NSET=Both, GENERATE\n10, 20\n40, 30, 10", r"it goes from 40 to 30 by 10, which is not up"),
     ("job.inp", "*NSET, NSET=Both\nLeft, 30\n40,", "*NSET, NSET=Both, GENERATE\n40, 10, -10", r"it goes from 40 to 10 by -10, which is not up"),
     ("job.inp", "*NSET, NSET=LEFT", "*NSET, NSET=LEFT, ELSET=NONE", "set 'LEFT of nodes' names 'NONE', which is no other set"),

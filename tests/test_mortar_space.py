@@ -168,7 +168,7 @@ BAD = {
     "faces nothing of body 'lower'; name only the part that touches, or exchange the bodies": lambda: put(UPPER.translated([0.3, 0.0, 0.0])),
     f"{START}: the face of body 'upper' around (999": lambda: put(UPPER.translated([1e3, 0.0, 1e4]), gap="measured"),
     "the faces do not touch, they are 0.02 apart": lambda: put(UPPER.translated([0.0, 0.0, 0.02]), edged()),
-    "faces body 'lower' more than once, one place behind the other": lambda: put(UPPER, stairs()),
+    "faces body 'lower' more than once; name only the part": lambda: put(UPPER, stairs()),
 }
 
 

@@ -13,6 +13,7 @@ from .checks import (
     finite_array,
     finite_number,
     finite_numbers,
+    first_of,
     flag,
     frozen,
     listed,

@@ -249,6 +249,11 @@ def warns_of_odd_values(question: F) -> F:
     return asked  # type: ignore[return-value]
 
 
+def first_of(bad: Booleans | np.bool_, most: Array | None = None) -> int | None:
+    """The number of the first thing that is bad, or of the bad one that has most of something; None if none is."""
+    return None if not np.any(bad) else int(np.argmax(bad if most is None else np.where(bad, most, -np.inf)))
+
+
 def place(point: Array) -> str:
     """A point as a text for messages."""
     return "(" + ", ".join(f"{value:g}" for value in point) + ")"

@@ -1,5 +1,6 @@
 """The bodies of a model in one numbering: stiffness, loads, supports and pairs of nodes."""
 
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import TypeAlias
@@ -8,18 +9,17 @@ import numpy as np
 from scipy.sparse import block_diag, csr_matrix, diags, identity, vstack
 from scipy.sparse.csgraph import connected_components
 
-from ..contact import ROUNDING, SAME_POINT, Array, Integers, place, shown
+from ..contact import ROUNDING, SAME_POINT, Array, Integers, first_of, place, shown
 from ..errors import ModelError
 from .bodies import Body, Support
 from .bolts import BoltPreload, Cut, cut_bodies, released
-from .contacts import Contact, Interference, check_touching, joined
-from .corners import shares
-from .elasticity import Kinematics, body_stiffness, values_at
-from .elements import midside_ties
+from .condense import Glued
+from .contacts import Contact, Interference, check_touching, joined, shares
+from .elasticity import Kinematics, body_stiffness, midside_ties
 from .given import same_point
 from .interface import Interface, frames_of, guided, openings
-from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
-from .rigid import assemblies, free_motions, node_graph
+from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction, values_at
+from .rigid import NO_ROWS, assemblies, free_motions, node_graph
 
 Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Displacement | Interference | BoltPreload
 
@@ -27,28 +27,9 @@ Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Di
 class Assembly:
     """The parts of a `ContactModel`; all nodes are counted body after body, of each body all x displacements come first, then all y, and so on.
 
-    Raises
-    ------
-    ModelError
-        See `ContactModel`.
-
-    Attributes
-    ----------
-    bodies, cuts
-        Name -> body, cut where bolts are tightened, and the cuts.
-    points, rows, free_rows
-        (nodes, d) coordinates and unknowns of all nodes, and unknowns with -1 where they are held, -2 where they follow others.
-    tied
-        (size, size) matrix of all displacements by those that follow no others: midside nodes on contact faces follow corners.
-    first_node
-        Name of a body -> number of its first node.
-    contact, gap, width
-        (N,) number of the contact, initial gap, and tributary length (axisymmetric and in space area) of the pairs.
-    names, joints
-        Name of each contact, and how its nodes are joined.
-    pairs, sides
-        The N pairs, of which a corner of several contacts is in so many as move independently; (N, nodes) matrices of the nodes of body 1, and of the
-        places of body 2, that they lie at.
+    `points`, `rows` and `free_rows` are (nodes, d) coordinates and unknowns, -1 where held, -2 where following others by the matrix `tied`, as nodes
+    amid edges of contact faces do. A corner of several contacts is in as many of the N pairs as move independently. The pairs have number of the
+    contact, gap and width (N,), and `sides`, (N, nodes) matrices of the nodes of body 1, and of the places of body 2, that they lie at.
     """
 
     def __init__(
@@ -72,9 +53,7 @@ class Assembly:
         if kinematics == "axisymmetric":
             self.free_rows[self.points[:, 0] == 0, 0] = -1
         for support in supports:
-            nodes = self.nodes("supports", support)
-            for axis in self.axes("supports", support.body, support.directions):
-                self.free_rows[nodes, axis] = -1
+            self.free_rows[self.nodes("supports", support)[:, None], self.axes("supports", support.body, support.directions)] = -1
         self.tied = self._tie(contacts, supports)
         self._pair(contacts)
         self._open(cuts)
@@ -91,24 +70,12 @@ class Assembly:
         return released(self.whole, self.rows, self.cuts)
 
     @cached_property
-    def stiffness(self) -> csr_matrix:
-        """Stiffness of the separate bodies, the faces of each cut tied across its axis."""
-        return csr_matrix(self.release[0].T @ self.whole @ self.release[0]) if self.cuts else self.whole
-
-    @cached_property
-    def graph(self) -> csr_matrix:
-        """Pattern of the nodes that the stiffness joins."""
-        return node_graph(self.stiffness, self.free_rows)
-
-    @cached_property
-    def motions(self) -> csr_matrix:
-        """Rigid motions of single bodies that no support prevents, see `free_motions`."""
-        return free_motions(self.stiffness, self.free_rows, self.points, connected_components(self.graph, directed=False)[1])
-
-    @cached_property
-    def interface(self) -> Interface:
-        """The pairs, with normals that free bodies slide along."""
-        return self.pairs.sliding(self.motions, self.free_rows)
+    def glued(self) -> Glued:
+        """The bodies, with the faces of each cut tied across its axis, and their pairs, with normals that free bodies slide along."""
+        K = csr_matrix(self.release[0].T @ self.whole @ self.release[0]) if self.cuts else self.whole
+        rows, x, graph = self.free_rows, self.points, node_graph(K, self.free_rows)
+        motions = free_motions(K, rows, x, connected_components(graph, directed=False)[1])
+        return Glued(K, rows, x, graph, self.pairs.sliding(motions, rows), motions, self._called, NO_ROWS)
 
     def body(self, argument: str, name: str) -> Body:
         """The body of that name."""
@@ -116,7 +83,7 @@ class Assembly:
             raise ModelError(f"{argument}: body {name!r} is unknown; this model has {sorted(self.bodies)}")
         return self.bodies[name]
 
-    def called(self, node: int) -> str:
+    def _called(self, node: int) -> str:
         """The number of a node in the mesh of its body, in words."""
         name, first = [(name, first) for name, first in self.first_node.items() if first <= node][-1]
         return f"node {node - first} of body {name!r}"
@@ -124,9 +91,9 @@ class Assembly:
     def axes(self, argument: str, name: str, directions: str | None) -> list[int]:
         """Numbers of some directions of a body, None: of all."""
         d = self.points.shape[1]
-        if directions is not None and "z" in directions and d == 2:
+        if d == 2 and "z" in (directions or ""):
             raise ModelError(f"{argument}: directions {shown(directions)} of body {name!r}, which is plane; give x and y alone")
-        return list(range(d)) if directions is None else ["xyz".index(direction) for direction in directions]
+        return ["xyz".index(direction) for direction in directions or "xyz"[:d]]
 
     def nodes(self, argument: str, part: Support | Displacement) -> Integers:
         """Nodes that a support holds, or a displacement moves."""
@@ -137,13 +104,12 @@ class Assembly:
         self.names = [str(contact.name) for contact in contacts]
         if again := [name for i, name in enumerate(self.names) if name in self.names[:i]]:
             raise ModelError(f"contacts: two are called {again[0]!r}; give each a name")
-        self.joints, touched = [], dict[tuple[str, str], list[Integers]]()
+        self.joints, touched = [], defaultdict[tuple[str, str], list[Integers]](list)
         for contact in contacts:
-            one, two = self.body("contacts", contact.body_1), self.body("contacts", contact.body_2)
-            joint = joined(contact, one.through_corners, two.through_corners, self.kinematics)
-            self.joints.append(joint)
-            touched.setdefault((contact.body_1, contact.body_2), []).append(joint.nodes)
-            touched.setdefault((contact.body_2, contact.body_1), []).append(joint.projection.indices)
+            one, two = (self.body("contacts", name).through_corners for name in (contact.body_1, contact.body_2))
+            self.joints.append(joint := joined(contact, one, two, self.kinematics))
+            touched[contact.body_1, contact.body_2].append(joint.nodes)
+            touched[contact.body_2, contact.body_1].append(joint.projection.indices)
         check_touching(self.bodies, touched)
 
     def _tie(self, contacts: Sequence[Contact], supports: Sequence[Support]) -> csr_matrix:
@@ -165,12 +131,10 @@ class Assembly:
 
     def _pair(self, contacts: Sequence[Contact]) -> None:
         """Make the pairs of all contacts, one contact after the other."""
-        nodes, places = [], []
-        for contact, joint in zip(contacts, self.joints, strict=True):
-            nodes.append(self.first_node[contact.body_1] + joint.nodes)
-            start, P = self.first_node[contact.body_2], joint.projection
-            places.append(csr_matrix((P.data, start + P.indices, P.indptr), shape=(len(joint.nodes), len(self.points))))
-        ones, projection = np.concatenate(nodes), csr_matrix(vstack(places))
+        starts = [(self.first_node[contact.body_1], self.first_node[contact.body_2]) for contact in contacts]
+        ones = np.concatenate([start + joint.nodes for (start, _), joint in zip(starts, self.joints, strict=True)])
+        placed = [(joint.projection, start) for (_, start), joint in zip(starts, self.joints, strict=True)]
+        projection = csr_matrix(vstack([csr_matrix((P.data, i + P.indices, P.indptr), shape=(P.shape[0], len(self.points))) for P, i in placed]))
         number = np.repeat(np.arange(len(contacts)), [len(joint.nodes) for joint in self.joints])
         normals, widths, gap = (np.concatenate([getattr(joint, name) for joint in self.joints]) for name in ("normals", "widths", "gap"))
         links, near, others = projection.tocoo(), same_point(self.points), np.full(len(ones), -1)
@@ -211,35 +175,37 @@ class Assembly:
 
     def case(self, argument: str, parts: Sequence[Load]) -> tuple[Array, Array, Array]:
         """Nodal forces (size,), displacements of moved supports, and of what is glued to them, with all else at rest (size,), and overlaps (N,)."""
-        forces, moved, amounts = np.zeros(self.points.size), np.zeros(self.points.size), dict.fromkeys(self.names, 0.0)
-        given = np.full(len(moved), False)
+        forces, moved, amounts = np.zeros(self.points.size), np.full(self.points.size, np.nan), dict.fromkeys(self.names, 0.0)
         for part in parts:
             if isinstance(part, Interference):
                 if part.contact not in amounts:
                     raise ModelError(f"{argument}: contact {part.contact!r} is unknown; this model has {self.names}")
                 amounts[part.contact] += part.amount
             elif isinstance(part, Displacement):
-                self._move(argument, part, moved, given)
+                self._move(argument, part, moved)
             else:
-                body = self.body(argument, part.body)
+                body, first = self.body(argument, part.body), self.points.shape[1] * self.first_node[part.body]
                 if isinstance(part, Traction | Pressure):
                     body.boundary(part.boundary, argument)
-                first = self.points.shape[1] * self.first_node[part.body]
                 forces[first : first + body.mesh.p.size] += part._forces(body, self.kinematics).ravel()
-        if moved.any():
-            following, _, Q = self.pairs.followers
-            rows, held = self.rows[following], self.free_rows < 0
-            follow, whole = Q @ moved[self.rows], Q @ held
-            differs = np.abs(moved[rows] * whole - follow) > ROUNDING * np.abs(moved).max()  # on a plane of symmetry from the nodes on it
-            if (off := given[rows] & differs).any():
-                i = int(off.any(axis=1).argmax())
-                raise ModelError(
-                    f"{argument}: a displacement moves both bodies at {place(self.points[following[i]])}, in different ways; give one to both"
-                )
-            moved[rows] = np.where(given[rows], moved[rows], follow)
         forces = self.tied.T @ forces
         self._check_felt(argument, parts, forces)
-        return forces, moved, np.array(list(amounts.values()))[self.contact]
+        return forces, self._followed(argument, moved), np.array(list(amounts.values()))[self.contact]
+
+    def _followed(self, argument: str, moved: Array) -> Array:
+        """Displacements (size,) of supports, nan where none is given, and of what is glued to them."""
+        given, moved = ~np.isnan(moved), np.nan_to_num(moved)
+        if not moved.any():
+            return moved
+        following, _, Q = self.pairs.followers
+        rows = self.rows[following]
+        follow, whole = Q @ moved[self.rows], Q @ (self.free_rows < 0)
+        differs = np.abs(moved[rows] * whole - follow) > ROUNDING * np.abs(moved).max()  # on a plane of symmetry from the nodes on it
+        if (i := first_of((given[rows] & differs).any(axis=1))) is not None:
+            at = place(self.points[following[i]])
+            raise ModelError(f"{argument}: a displacement moves both bodies at {at}, in different ways; give one to both")
+        moved[rows] = np.where(given[rows], moved[rows], follow)
+        return moved
 
     def _check_felt(self, argument: str, parts: Sequence[Load], forces: Array) -> None:
         """Check that supports do not take all of a load case of boundaries where it acts."""
@@ -248,16 +214,13 @@ class Assembly:
         if len(named) == len(parts) and felt <= ROUNDING * most and most > 0:
             own = [support for support in self.supports if support.body in dict(named)]
             where = " and ".join(f"{name!r} of body {body!r}" for body, name in named)
-            raise ModelError(
-                f"{argument}: acts on boundary {where} only where supports hold it against the force, {own}, so that nothing else feels it; load "
-                "another boundary, or hold less"
-            )
+            held = f"only where supports hold it against the force, {own}"
+            raise ModelError(f"{argument}: acts on boundary {where} {held}; load another boundary, or hold less")
 
-    def _move(self, argument: str, part: Displacement, moved: Array, given: Array) -> None:
-        """Enter a displacement into those of all unknowns; `given` says which have one."""
+    def _move(self, argument: str, part: Displacement, moved: Array) -> None:
+        """Enter a displacement into those of all unknowns, nan where none is given."""
         nodes = self.nodes(argument, part)
-        for name in "xyz":
-            amount = getattr(part, name)
+        for name, amount in ((name, getattr(part, name)) for name in "xyz"):
             if amount is None:
                 continue
             (axis,) = self.axes(argument, part.body, name)
@@ -266,21 +229,20 @@ class Assembly:
                 raise ModelError(f"{argument}: {part} moves nodes in {name} that no support holds; hold them by a Support")
             if self.kinematics == "axisymmetric" and axis == 0 and (off := values[(self.points[nodes, 0] == 0) & (values != 0)]).size:
                 raise ModelError(f"{argument}: {part} moves nodes by {off[0]:g} off the axis, x = 0; give a function of x that is zero there")
-            if (other := (given[unknowns] > 0) & (moved[unknowns] != values)).any():
-                at = place(self.points[nodes[other][0]])
+            if (i := first_of(~np.isnan(moved[unknowns]) & (moved[unknowns] != values))) is not None:
+                at = place(self.points[nodes[i]])
                 raise ModelError(f"{argument}: {part} and another displacement move the node at {at} differently in {name}; give one")
-            moved[unknowns], given[unknowns] = values, True
+            moved[unknowns] = values
 
 
 def nodes_of(body: Body, part: Support | Displacement) -> Integers:
     """Nodes of the mesh of a body that a support holds, or a displacement moves."""
-    where = part.where
+    where, x = part.where, body.mesh.p
     if isinstance(where, str):
         return body.boundary_nodes(where, f"support of body {part.body!r}")
-    if len(where) != len(body.mesh.p):
-        raise ModelError(f"where: {where}; give the {len(body.mesh.p)} coordinates of a node of body {part.body!r}")
-    distance = np.linalg.norm(body.mesh.p - np.array(where)[:, None], axis=0)
-    if distance.min() > SAME_POINT * np.ptp(body.mesh.p):
-        nearest = tuple(float(value) for value in body.mesh.p[:, distance.argmin()])
-        raise ModelError(f"support of body {part.body!r}: no node at {where}; the nearest is at {nearest}")
+    if len(where) != len(x):
+        raise ModelError(f"where: {where}; give the {len(x)} coordinates of a node of body {part.body!r}")
+    distance = np.linalg.norm(x - np.array(where)[:, None], axis=0)
+    if distance.min() > SAME_POINT * np.ptp(x):
+        raise ModelError(f"support of body {part.body!r}: no node at {where}; the nearest is at {tuple(x[:, distance.argmin()].tolist())}")
     return np.array([distance.argmin()])

@@ -8,10 +8,22 @@ from typing import Literal
 import numpy as np
 from skfem import Mesh
 
-from ..contact import Array, Integers, check_text, choice, finite_numbers, shown
+from ..contact import Array, Integers, check_text, choice, finite_numbers, first_of, shown
 from ..errors import ModelError
-from .elasticity import ELEMENT_NAMES, KINEMATICS, ElementName, Kinematics, Material
-from .elements import QUADRATIC, facet_nodes, functions_of, parts_of, points_from, quadratic, through_corners
+from .elasticity import (
+    ELEMENT_NAMES,
+    KINEMATICS,
+    QUADRATIC,
+    ElementName,
+    Kinematics,
+    Material,
+    facet_nodes,
+    functions_of,
+    parts_of,
+    points_from,
+    quadratic,
+    through_corners,
+)
 
 Place = str | tuple[float, ...]
 """Name of a boundary, or the coordinates of one node."""
@@ -62,15 +74,12 @@ class Body:
     def __post_init__(self) -> None:
         check_kind(self.mesh)
         straight = type(self.mesh) in QUADRATIC
-        usual = "linear" if straight else "quadratic"
-        element = choice("element", usual if self.element is None else self.element, ELEMENT_NAMES)
+        element = choice("element", ("linear" if straight else "quadratic") if self.element is None else self.element, ELEMENT_NAMES)
         if element != "quadratic" and not straight:
             raise ModelError(f"element: {element!r}, but the mesh is a {type(self.mesh).__name__} with quadratic elements; leave `element` out")
-        object.__setattr__(self, "element", element)
-        if element == "quadratic" and straight:
-            object.__setattr__(self, "mesh", quadratic(self.mesh))
         if not isinstance(self.material, Material):
             raise ModelError(f"material: a {type(self.material).__name__}; give a Material")
+        vars(self).update(element=element, mesh=quadratic(self.mesh) if element == "quadratic" and straight else self.mesh)
         _check_elements(self.mesh)
 
     def __repr__(self) -> str:
@@ -86,10 +95,7 @@ class Body:
             raise ModelError(f"{argument}: boundary {shown(name)} is unknown; this mesh names {sorted(boundaries)}{hint}")
         facets = np.unique(boundaries[name])
         if not len(facets) or np.any(self.mesh.f2t[1, facets] >= 0):
-            raise ModelError(
-                f"{argument}: boundary {name!r} has no facets, or facets inside the body; name facets of its outline, and if two bodies share the "
-                "nodes there, let `split_bodies` give each its own"
-            )
+            raise ModelError(f"{argument}: boundary {name!r} has no facets, or facets inside the body; name its outline, or `split_bodies`")
         return facets
 
     def boundary_nodes(self, name: str, argument: str) -> Integers:
@@ -157,13 +163,7 @@ def checked_point(name: str, point: object, words: str, sizes: tuple[int, ...] =
 
 
 def check_kind(mesh: Mesh) -> None:
-    """Check that a mesh has elements of a kind that bodies may have.
-
-    Raises
-    ------
-    ModelError
-        It does not.
-    """
+    """Check that a mesh has elements of a kind that bodies may have."""
     kinds = [*QUADRATIC, *QUADRATIC.values()]
     if type(mesh) not in kinds:
         names = ", ".join(kind.__name__ for kind in kinds)
@@ -172,17 +172,18 @@ def check_kind(mesh: Mesh) -> None:
 
 def _check_elements(mesh: Mesh) -> None:
     """Check that all elements are convex and have a size, that they hang together by their facets, and that every node belongs to one."""
-    if not np.isfinite(mesh.p).all():
-        raise ModelError(f"mesh: node {int(np.argwhere(~np.isfinite(mesh.p))[0][1])} has coordinates that are not finite")
-    area, edge = ("area", "edge") if mesh.dim() == 2 else ("volume", "face")
+    if (i := first_of(~np.isfinite(mesh.p).all(axis=0))) is not None:
+        raise ModelError(f"mesh: node {i} has coordinates that are not finite")
     sizes = _sizes(mesh)
     bad = ~((sizes > 0).all(axis=0) | (sizes < 0).all(axis=0))
-    if bad.any():
+    if (i := first_of(bad)) is not None:
         repair = "repair the mesh" if type(mesh) in QUADRATIC else "mesh finer, or with straight sides (gmsh: Mesh.SecondOrderLinear = 1)"
-        raise ModelError(f"mesh: {int(bad.sum())} elements are not convex or have no {area}, the first is element {int(np.argmax(bad))}; {repair}")
-    inner, elements = mesh.f2t[:, mesh.f2t[1] >= 0], mesh.t.shape[1]
-    if (parts := parts_of(inner, elements).max() + 1) != 1:
-        raise ModelError(f"mesh: {parts} parts that share no {edge}; give one connected body (merge nodes that coincide)")
+        raise ModelError(
+            f"mesh: {bad.sum()} elements are not convex or have no {'area' if mesh.dim() == 2 else 'volume'}, the first is {i}; {repair}"
+        )
+    if parts := parts_of(mesh.f2t[:, mesh.f2t[1] >= 0], mesh.t.shape[1]).max():
+        share = "edge" if mesh.dim() == 2 else "face"
+        raise ModelError(f"mesh: {parts + 1} parts that share no {share}; give one connected body (merge nodes that coincide)")
     if loose := mesh.p.shape[1] - len(np.unique(mesh.dofs.element_dofs)):
         raise ModelError(f"mesh: {loose} nodes belong to no element; remove them")
 
@@ -231,12 +232,33 @@ def split_bodies(mesh: Mesh, materials: Mapping[str, Material], *, element: Elem
     ['block']
     """
     check_kind(mesh)
+    owner = _owners(mesh, materials)
+    inner = np.flatnonzero(mesh.f2t[1] >= 0)
+    sides, bodies = owner[mesh.f2t[:, inner]], {}
+    for number, (name, material) in enumerate(materials.items()):
+        elements, boundaries = np.flatnonzero(owner == number), dict(mesh.boundaries or {})
+        own = (sides == number).any(axis=0)
+        for other, neighbour in enumerate(materials):
+            shared = inner[own & (sides == other).any(axis=0)]
+            if other != number and len(shared):
+                if neighbour in boundaries:
+                    raise ModelError(f"mesh: boundary {neighbour!r} has the name of a body that {name!r} shares facets with; call it otherwise")
+                boundaries[neighbour] = shared
+        part = replace(mesh, _boundaries=boundaries).restrict(elements, skip_subdomains=True)
+        kept = {boundary: facets for boundary, facets in part.boundaries.items() if len(facets)}
+        try:
+            bodies[name] = Body(replace(part, doflocs=points_from(mesh, elements, part), _boundaries=kept), material, element)
+        except ModelError as error:
+            raise ModelError(f"body {name!r}: {error}") from error
+    return bodies
+
+
+def _owners(mesh: Mesh, materials: Mapping[str, Material]) -> Integers:
+    """(elements,) number of the subdomain that each element is in, in the order of the materials."""
     if not isinstance(materials, Mapping) or not materials:
         raise ModelError(f"materials: {shown(materials)}; give a mapping, name of a subdomain -> Material")
-    subdomains = mesh.subdomains or {}
-    owner = np.full(mesh.t.shape[1], -1)
+    subdomains, owner = mesh.subdomains or {}, np.full(mesh.t.shape[1], -1)
     for number, name in enumerate(materials):
-        check_text("materials: name", name, "the name of a subdomain")
         if name not in subdomains:
             hint = "" if subdomains else "; name each body in the mesh (gmsh: a physical group of its volumes, in the plane of its surfaces)"
             raise ModelError(f"materials: subdomain {name!r} is unknown; this mesh names {sorted(subdomains)}{hint}")
@@ -246,25 +268,7 @@ def split_bodies(mesh: Mesh, materials: Mapping[str, Material], *, element: Elem
         owner[elements] = number
     if owner.min() < 0:
         raise ModelError(f"materials: {int((owner < 0).sum())} elements are in none of {list(materials)}; name all subdomains, or remove these")
-    inner = np.flatnonzero(mesh.f2t[1] >= 0)
-    sides = owner[mesh.f2t[:, inner]]
-    bodies = {}
-    for number, (name, material) in enumerate(materials.items()):
-        boundaries = dict(mesh.boundaries or {})
-        for other, neighbour in enumerate(materials):
-            shared = inner[(sides == number).any(axis=0) & (sides == other).any(axis=0)]
-            if other != number and len(shared):
-                if neighbour in boundaries:
-                    raise ModelError(f"mesh: boundary {neighbour!r} has the name of a body that {name!r} shares facets with; call it otherwise")
-                boundaries[neighbour] = shared
-        elements = np.flatnonzero(owner == number)
-        own = replace(mesh, _boundaries=boundaries).restrict(elements, skip_subdomains=True)
-        kept = {boundary: facets for boundary, facets in own.boundaries.items() if len(facets)}
-        try:
-            bodies[name] = Body(replace(own, doflocs=points_from(mesh, elements, own), _boundaries=kept), material, element)
-        except ModelError as error:
-            raise ModelError(f"body {name!r}: {error}") from error
-    return bodies
+    return owner
 
 
 def checked_kinematics(kinematics: Kinematics | None, bodies: Mapping[str, Body]) -> Kinematics:
@@ -273,19 +277,17 @@ def checked_kinematics(kinematics: Kinematics | None, bodies: Mapping[str, Body]
         check_text("bodies: name", name, "a printable text")
         if not isinstance(body, Body):
             raise ModelError(f"bodies[{name!r}]: a {type(body).__name__}; give a Body(mesh, material)")
-    flat = {name: body.mesh.dim() == 2 for name, body in bodies.items()}
-    if len(set(flat.values())) > 1:
-        one, two = (next(name for name in flat if flat[name] == plane) for plane in (True, False))
-        raise ModelError(f"bodies: {one!r} is plane, {two!r} in space; give meshes of one dimension")
-    in_space = not all(flat.values())
-    if kinematics is None:
-        return "space" if in_space else "plane_strain"
-    if (choice("kinematics", kinematics, KINEMATICS) == "space") != in_space:
-        raise ModelError(f"kinematics: {kinematics!r} with bodies {'in space' if in_space else 'in the plane'}; leave it out, or give other meshes")
-    for name, body in bodies.items():
+    named = {body.mesh.dim(): name for name, body in reversed(list(bodies.items()))}
+    if len(named) > 1:
+        raise ModelError(f"bodies: {named[2]!r} is plane, {named[3]!r} in space; give meshes of one dimension")
+    usual: Kinematics = "space" if 3 in named else "plane_strain"
+    found = choice("kinematics", usual if kinematics is None else kinematics, KINEMATICS)
+    if (found == "space") != (3 in named):
+        raise ModelError(f"kinematics: {found!r} with bodies {'in space' if 3 in named else 'in the plane'}; leave it out, or give other meshes")
+    for name, body in bodies.items() if found == "axisymmetric" else ():
         radius = body.mesh.p[0]
-        if kinematics == "axisymmetric" and radius.min() < 0:
+        if radius.min() < 0:
             raise ModelError(f"bodies[{name!r}]: x = {radius.min():g} at node {int(radius.argmin())}; of an axisymmetric body x is the radius, >= 0")
-        if kinematics == "axisymmetric" and body.element == "mean_dilatation":
+        if body.element == "mean_dilatation":
             raise ModelError(f"bodies[{name!r}]: element {body.element!r}; axisymmetric bodies have linear or quadratic elements")
-    return kinematics
+    return found

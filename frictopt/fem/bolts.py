@@ -11,8 +11,8 @@ from skfem import Mesh
 from ..contact import Array, Integers
 from ..errors import ModelError
 from .bodies import Body
-from .elasticity import Kinematics, Part, boundary_forces
-from .elements import facet_nodes, parts_of, points_from
+from .elasticity import Kinematics, boundary_forces, facet_nodes, parts_of, points_from
+from .loads import Part
 
 _FLAT = 1e-3  # share of its extent by which a section may be out of its plane: decks have few digits
 
@@ -72,13 +72,7 @@ class Cut:
 
 
 def cut_bodies(bodies: Mapping[str, Body], sections: Iterable[tuple[str, str]], kinematics: Kinematics) -> tuple[dict[str, Body], list[Cut]]:
-    """The bodies with their sections, (body, section), cut, the nodes of the far faces last of the corners, and the cuts.
-
-    Raises
-    ------
-    ModelError
-        A section that is unknown or does not cut its body in two along one plane, or that meets another one.
-    """
+    """The bodies with their sections, (body, section), cut, the nodes of the far faces last of the corners, and the cuts."""
     found, cuts = dict(bodies), []
     for name, section in sections:
         if name not in found:
@@ -130,13 +124,6 @@ def released(K: csr_matrix, rows: Integers, cuts: Sequence[Cut]) -> tuple[csr_ma
 
     With the matrix C that lets far faces follow near ones, and the motions c of far faces against the axes, by the amounts x, `u = C y + c x`. No
     force but that of F acts along x: `c^T (K u - F) = 0`. So y has the stiffness `R^T K R`, none at the far faces, and the loads `R^T F`.
-
-    Parameters
-    ----------
-    K, rows
-        Stiffness of the bodies that are cut, and its rows of all nodes (nodes, d).
-    cuts
-        The cuts, by numbers of these nodes.
     """
     size, moves = K.shape[0], [csr_matrix((K.shape[0], 0))]
     follows = np.arange(size)

@@ -3,6 +3,7 @@
 from __future__ import annotations  # help() then says ArrayLike, not what it is the union of
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from ..contact import EQUILIBRIUM, Array, ContactSystem, Integers, checked_cases
 from ..errors import ModelError
 from .given import check_forgotten, checked_gap, checked_normals, checked_pairs, checked_rows, checked_stiffness, same_point
 from .interface import Interface, check_course, check_sides, frames_of, guided, half_widths, openings
-from .rigid import NO_ROWS, balanced, check_supports, free_motions, node_graph, slips_of
+from .rigid import balanced, check_supports, free_motions, node_graph, slips_of
 from .schur import Elimination, nested_dissection
 
 _MANY = 300  # displacements that a rotation may be joined to, those of the elements at its node; a mode of a body is joined to more
@@ -35,8 +36,6 @@ def condense(
     gap: ArrayLike | None = None,
     contact: ArrayLike | None = None,
     width: ArrayLike | None = None,
-    E_star: float | None = None,
-    units: str | None = None,
 ) -> ContactSystem:
     """Condense the stiffness matrix of any finite-element code to the contacts of its bodies, in the plane or in space.
 
@@ -81,14 +80,13 @@ def condense(
         (N,) names of the contact that each pair belongs to; None: one contact, "contact".
     width
         (N,) tributary lengths, in space areas; None: in the plane half the distances to the neighbours on the same contact, in space not known.
-    E_star, units
-        Contact modulus, and names of the units, see `ContactSystem`.
 
     Returns
     -------
     ContactSystem
         The contact. In the plane `x` is the coordinate along the tangent if all contacts lie on one straight line, else the arc length, contact
         after contact: it begins at the first node's coordinate along its tangent, each further contact one spacing after the end of the one before.
+        `dataclasses.replace` adds `E_star` and `units`.
 
     Raises
     ------
@@ -139,65 +137,44 @@ def condense(
             raise ModelError(f"loads[{name!r}]: acts on rows in `held` alone, so nothing feels it; load others, or hold fewer")
     if d == 2:
         check_course(x, frames, names)
-        width = half_widths(x, names) if width is None else width
+    widths: Any = half_widths(x, names) if d == 2 and width is None else width
     interface, graph = Interface(nodes, opening, frames, able), node_graph(K, rows, others)
     check_forgotten(graph, interface, rows, where)
     check_sides(K, rows, graph, interface, where)
     _, body = connected_components(graph, directed=False)
     motions = free_motions(K, rows, where, body, others)
     interface = interface.sliding(motions, rows)
-    known: dict[str, Any] = {"gap": apart, "frames": interface.frames, "contact": np.array(names), "width": width, "E_star": E_star, "units": units}
-    S, bonded, L = condensed(K, F, interface, motions, rows, where, graph, lambda node: f"node {node} of body {body[node]}", others)
-    return ContactSystem(S, x, bonded, compliance=L, **known)
+    S, bonded, L = condensed(Glued(K, rows, where, graph, interface, motions, lambda node: f"node {node} of body {body[node]}", others), F)
+    return ContactSystem(S, x, bonded, gap=apart, frames=interface.frames, contact=np.array(names), width=widths, compliance=L)
 
 
-def condensed(
-    K: csr_matrix,
-    loads: Mapping[str, Array],
-    interface: Interface,
-    motions: csr_matrix,
-    unknowns: Integers,
-    points: Array,
-    graph: csr_matrix,
-    called: Callable[[int], str],
-    generalised: Integers = NO_ROWS,
-) -> tuple[Array, dict[str, Array], Array]:
-    """Stiffness S (k, k) of the relative motions, direction by direction; of the load cases the reactions (k,) that hold these, and the compliance.
+@dataclass(frozen=True, eq=False)
+class Glued:
+    """Bodies that are glued together at their contacts."""
 
-    Parameters
-    ----------
-    K
-        Stiffness of the bodies.
-    loads
-        Load case name -> nodal forces.
-    interface
-        Pairs and directions, in as many dimensions as the points have.
-    motions
-        Rigid motions of single bodies that nothing prevents, see `free_motions`.
-    unknowns, points
-        (nodes, d) rows of K, -1 where held, and coordinates.
-    graph
-        Pattern of the nodes that K joins.
-    called
-        What an error calls a node.
-    generalised
-        Rows of K that are no displacement of a node.
+    K: csr_matrix  # stiffness of the separate bodies
+    unknowns: Integers  # (nodes, d) rows of K, -1 where held, -2 where they follow others
+    points: Array  # (nodes, d) coordinates
+    graph: csr_matrix  # pattern of the nodes that K joins
+    interface: Interface  # pairs and directions
+    motions: csr_matrix  # rigid motions of single bodies that nothing prevents, see `free_motions`
+    called: Callable[[int], str]  # what an error calls a node
+    generalised: Integers  # rows of K that are no displacement of a node
 
-    Raises
-    ------
-    ModelError
-        Rigid motions that nothing prevents, a stiffness that cannot be eliminated, or not accurately enough.
-    """
-    check_supports(K, unknowns, points, graph, interface, generalised)
-    relative = slips_of(motions, interface, unknowns)
+
+def condensed(glued: Glued, loads: Mapping[str, Array]) -> tuple[Array, dict[str, Array], Array]:
+    """Stiffness S (k, k) of the relative motions, direction by direction; of load cases the reactions (k,) that hold these, and the compliance."""
+    K, interface, motions = glued.K, glued.interface, glued.motions
+    check_supports(K, glued.unknowns, glued.points, glued.graph, interface, glued.generalised)
+    relative = slips_of(motions, interface, glued.unknowns)
     F = np.reshape([*loads.values()], (-1, K.shape[0])).T
-    T, front = fronts(K, interface, unknowns, points, graph, generalised)
-    glued, forces = csr_matrix(T.T @ K @ T), csr_matrix(T.T @ F)
-    left = eliminated(block_array([[glued, forces], [forces.T, None]], format="csr"), front, T, unknowns, points, called).S
-    k = interface.kept
+    T, front = fronts(glued)
+    inside, forces = csr_matrix(T.T @ K @ T), csr_matrix(T.T @ F)
+    left = eliminated(glued, block_array([[inside, forces], [forces.T, None]], format="csr"), T, front).S
+    k = interface.frames[..., 0].size
     S, R = balanced(left[:k, :k], -left[:k, k:], F, motions, relative)
     largest = np.abs(S).max()
-    rounding = np.finfo(float).eps * glued.diagonal()[front < 0].max() / largest if largest > 0 else 0.0
+    rounding = np.finfo(float).eps * inside.diagonal()[front < 0].max() / largest if largest > 0 else 0.0
     if motions.shape[1] < k and rounding > EQUILIBRIUM:
         raise ModelError(
             f"stiffness: bodies 1 are so much stiffer than bodies 2 that the stiffness of the contact has an error of {rounding:.1e}; "
@@ -209,15 +186,14 @@ def condensed(
     return S, dict(zip(loads, R.T, strict=True)), -left[k:, k:]
 
 
-def fronts(
-    K: csr_matrix, interface: Interface, unknowns: Integers, points: Array, graph: csr_matrix, generalised: Integers = NO_ROWS
-) -> tuple[csr_matrix, Integers]:
-    """The matrix T of `u = T y`, and the front that eliminates each of the y, -1 for the relative motions; arguments as in `condensed`."""
-    T, columns = interface.motion(unknowns, K.shape[0])
+def fronts(glued: Glued) -> tuple[csr_matrix, Integers]:
+    """The matrix T of `u = T y`, and the front that eliminates each of the y, -1 for the relative motions."""
+    K, interface, generalised = glued.K, glued.interface, glued.generalised
+    T, columns = interface.motion(glued.unknowns, K.shape[0])
     own = columns >= 0
     present = np.flatnonzero(own.any(axis=1))
     of_node = np.zeros(len(columns), dtype=np.intp)
-    of_node[present] = nested_dissection(interface.glued_graph(graph)[present][:, present], points[present].T)
+    of_node[present] = nested_dissection(interface.glued_graph(glued.graph)[present][:, present], glued.points[present].T)
     front = np.full(T.shape[1], -1)
     front[columns[own]] = np.broadcast_to(of_node[:, None], columns.shape)[own]
     if len(generalised):  # each of them with the displacement that it is joined to most; after all if it is joined to many
@@ -229,23 +205,14 @@ def fronts(
     return T, front
 
 
-def eliminated(
-    K: csr_matrix, front: Integers, T: csr_matrix, unknowns: Integers, points: Array, called: Callable[[int], str], *, keep: bool = False
-) -> Elimination:
-    """The elimination of the y of `fronts` from a matrix of them, and of more unknowns that are kept; `keep` its factors.
-
-    Raises
-    ------
-    ModelError
-        An eliminated displacement has no stiffness.
-    """
+def eliminated(glued: Glued, matrix: csr_matrix, T: csr_matrix, front: Integers, *, keep: bool = False) -> Elimination:
+    """The elimination of the y of `fronts` from a matrix of them, and of more unknowns that are kept; `keep` its factors."""
     try:
-        return Elimination(K, np.r_[front, np.full(K.shape[0] - len(front), -1)], keep=keep)
+        return Elimination(matrix, np.r_[front, np.full(matrix.shape[0] - len(front), -1)], keep=keep)
     except LinAlgError as error:
         row = int(abs(csr_matrix(T[:, error.args[0]])).argmax())
-        node = np.flatnonzero((unknowns == row).any(axis=1))
-        where = f"{called(int(node[0]))} at {place(points[node[0]])}" if len(node) else f"row {row}"
+        node = np.flatnonzero((glued.unknowns == row).any(axis=1))
+        where = f"{glued.called(int(node[0]))} at {place(glued.points[node[0]])}" if len(node) else f"row {row}"
         raise ModelError(
-            f"stiffness: {where} has none left once its neighbours are free to move; support the bodies, check materials and elements, and bring "
-            "the stiffness of the bodies closer together"
+            f"stiffness: {where} has none left once its neighbours are free; support the bodies, or bring the stiffness of bodies closer together"
         ) from error

@@ -1,23 +1,27 @@
-"""Contacts of a model: which faces of which bodies meet, how their nodes are joined, and that no face is forgotten."""
+"""Contacts of a model: which faces of which bodies meet, how their nodes are joined, that no face is forgotten, and corners of several."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.cluster.hierarchy import DisjointSet
 from scipy.sparse import csr_matrix
+from scipy.spatial import cKDTree
 from skfem import Mesh
 
-from ..contact import COUNTS, SAME_POINT, Array, Integers, check_text, finite_number, place, shown
+from ..contact import COUNTS, SAME_POINT, Array, Integers, check_text, finite_number, first_of, place, shown
 from ..contact.parts import checked_springs
 from ..errors import ModelError
 from .bodies import Body
-from .elasticity import Kinematics, Part, circumference, values_at
+from .elasticity import Kinematics, circumference, parts_of
 from .faces import Overlaps, areas_of, course, facet_overlaps, facets_around, mortar_projection, node_normals, sag
 from .given import same_point
+from .loads import Part, values_at
 
+_SMOOTH = 0.9  # least cosine between normals of faces that go on as one: sharp corners have less, meshes of curved faces more
 _FACED = 0.5  # least share of a facet of body 1 that faces body 2: the ends and rims of round faces miss each other by their sag
 
 
@@ -110,44 +114,19 @@ class Interference(Part):
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """The nodes of body 1 on a contact, where they are joined to body 2, and what is known of each.
+    """The nodes of body 1 on a contact, where they are joined to body 2, and what is known of each."""
 
-    Parameters
-    ----------
-    nodes
-        (n,) nodes of body 1, in the plane in the order of its face.
-    normals
-        (n, d) normals into body 1, of any length.
-    widths
-        (n,) tributary lengths; axisymmetric and in space areas.
-    projection
-        (n, nodes of body 2) matrix of the places that the nodes are joined to.
-    gap
-        (n,) initial gap.
-    coarser
-        Mean length of the edges of body 1 over that of the edges of body 2 that face them; 1 where the nodes match.
-    missed
-        Largest distance by which facets may miss the curved faces that they stand for, over the widest measured gap; 0 if none is measured.
-    """
-
-    nodes: Integers
-    normals: Array
-    widths: Array
-    projection: csr_matrix
-    gap: Array
-    coarser: float
-    missed: float
+    nodes: Integers  # (n,) of body 1, in the plane in the order of its face
+    normals: Array  # (n, d) into body 1, of any length
+    widths: Array  # (n,) tributary lengths; axisymmetric and in space areas
+    projection: csr_matrix  # (n, nodes of body 2) the places that the nodes are joined to
+    gap: Array  # (n,) initial gap
+    coarser: float  # mean length of the edges of body 1 over that of the edges of body 2 that face them; 1 where the nodes match
+    missed: float  # largest distance by which facets may miss the curved faces they stand for, over the widest measured gap; 0 if none is measured
 
 
 def joined(contact: Contact, body_1: Body, body_2: Body, kinematics: Kinematics) -> Joint:
-    """Join the nodes of two faces by the dual mortar method, which makes pairs of nodes where the faces match.
-
-    Raises
-    ------
-    ModelError
-        A face that is unknown, one of body 1 in the plane in pieces; faces that do not face each other, do not touch or overlap, a face of body 1
-        that reaches beyond that of body 2, a gap that is negative.
-    """
+    """Join the nodes of two faces by the dual mortar method, which makes pairs of nodes where the faces match."""
     start, other = (f"contact {contact.name!r}, body {name!r}" for name in (contact.body_1, contact.body_2))
     facets, others = body_1.boundary(contact.boundary_1, start), body_2.boundary(contact.boundary_2, other)
     one, two, x, y = facets_around(body_1.mesh, facets), facets_around(body_2.mesh, others), body_1.mesh.p.T, body_2.mesh.p.T
@@ -171,59 +150,39 @@ def _edge(corners: Array) -> float:
 
 def _initial_gap(contact: Contact, points: Array, opening: Array, normals: Array, allowed: Array) -> Array:
     """(n,) initial gap at nodes of body 1 that are away from their places on body 2 by `opening` (n, d); `allowed` (n,) counts as nothing."""
-    unit = normals / np.linalg.norm(normals, axis=1)[:, None]
-    distance = np.sum(opening * unit, axis=1)
+    distance = np.sum(opening * (normals / np.linalg.norm(normals, axis=1)[:, None]), axis=1)
     start, measured = f"contact {contact.name!r}, at", contact.gap == "measured"
-    if np.any(distance < -allowed):
-        i = int(distance.argmin())
+    if (i := first_of(distance < -allowed, -distance)) is not None:
         raise ModelError(f"{start} {place(points[i])}: the bodies overlap by {-distance[i]:g}; move them apart, and give an Interference load")
-    if not measured and np.any(distance > allowed):
-        i = int(distance.argmax())
-        raise ModelError(f'{start} {place(points[i])}: the faces do not touch, they are {distance[i]:g} apart; move them, or say gap="measured"')
     if measured:
         return np.where(distance > SAME_POINT * np.ptp(points), distance, 0.0)
+    if (i := first_of(distance > allowed, distance)) is not None:
+        raise ModelError(f'{start} {place(points[i])}: the faces do not touch, they are {distance[i]:g} apart; move them, or say gap="measured"')
     gap = values_at(f"contact {contact.name!r}: gap", contact.gap if callable(contact.gap) else 0.0, points.T)
-    if gap.min() < 0:
-        i = int(gap.argmin())
+    if (i := first_of(gap < 0, -gap)) is not None:
         raise ModelError(f"{start} {place(points[i])}: gap {gap[i]:g}; give gaps >= 0, and an Interference load for bodies that overlap")
     return gap
 
 
 def _check_faced(contact: Contact, overlaps: Overlaps, one: Array) -> None:
     """Check that facets (m, corners, 3) of body 1 face those of body 2, once, and each with half of its area or more."""
-    middles = one.mean(axis=1)
     share = np.bincount(overlaps.facet, overlaps.weights, minlength=len(one)) / np.linalg.norm(areas_of(one), axis=1)
-    if share.min() < _FACED:
-        i = int(share.argmin())
+    i, few = (int(share.argmin()), True) if share.min() < _FACED else (int(share.argmax()), False)
+    start = f"contact {contact.name!r}: the face of body {contact.body_1!r} around {place(one[i].mean(axis=0))} faces"
+    if few:
         raise ModelError(
-            f"contact {contact.name!r}: the face of body {contact.body_1!r} around {place(middles[i])} faces nothing of body {contact.body_2!r}; "
-            "name only the part that touches, or exchange the bodies; the elements of body 1 and of body 2 belong on opposite sides"
+            f"{start} nothing of body {contact.body_2!r}; name only the part that touches, or exchange the bodies; the elements of body 1 and of "
+            "body 2 belong on opposite sides"
         )
     if share.max() > 1 + COUNTS:
-        i = int(share.argmax())
-        raise ModelError(
-            f"contact {contact.name!r}: the face of body {contact.body_1!r} around {place(middles[i])} faces body {contact.body_2!r} more than once, "
-            "one place behind the other; name only the part that touches, or mesh its curves finer"
-        )
+        raise ModelError(f"{start} body {contact.body_2!r} more than once; name only the part that touches, or mesh its curves finer")
 
 
 def check_touching(bodies: Mapping[str, Body], joined: Mapping[tuple[str, str], list[Integers]]) -> None:
-    """Check that two bodies are joined wherever a facet of one lies on a facet of the other.
+    """Check that two bodies are joined, body and other body -> nodes of the body, wherever a facet of one lies on a facet of the other.
 
     Facets that meet in a point or at an edge do not count, nor those whose nodes a contact of the two bodies joins. Curved faces are seen where the
     nodes of both sides coincide.
-
-    Parameters
-    ----------
-    bodies
-        Name -> body, with its `mesh`.
-    joined
-        Body, other body -> nodes of the body that contacts join to the other one.
-
-    Raises
-    ------
-    ModelError
-        They are not.
     """
     for one, two in combinations(bodies, 2):
         nodes = [np.concatenate([*joined.get(pair, []), np.zeros(0, int)]) for pair in ((one, two), (two, one))]
@@ -233,9 +192,8 @@ def check_touching(bodies: Mapping[str, Body], joined: Mapping[tuple[str, str], 
         P, Q = (_free_facets(mesh, own, low - near, high + near) for mesh, own in zip(meshes, nodes, strict=True))
         if len(P) and len(Q) and len(at := _common(P, meshes[0].p.T, Q, meshes[1].p.T, near)):
             raise ModelError(
-                f"contacts: bodies {one!r} and {two!r} touch around {place(at[0])}, and no contact joins them there: they would pass "
-                "through each other; add a Contact of these faces, all of them (a corner may belong to several), or move the bodies apart, or "
-                "merge them"
+                f"contacts: bodies {one!r} and {two!r} touch around {place(at[0])}, and no contact joins them there: they would pass through each "
+                "other; add a Contact of these faces, all of them (a corner may belong to several), or move or merge the bodies"
             )
 
 
@@ -258,3 +216,47 @@ def _common(P: Integers, x: Array, Q: Integers, y: Array, near: float) -> Array:
     touching = sizes > COUNTS * np.linalg.norm(areas_of(x[P]), axis=1)
     middles = np.column_stack([np.bincount(overlaps.facet, weights * part, minlength=len(P)) for part in at.T])
     return np.asarray(middles[touching] / sizes[touching, None])
+
+
+def shares(
+    contacts: Sequence[Contact], contact: Integers, nodes: Integers, others: Integers, points: Array, normals: Array, widths: Array, near: float
+) -> tuple[Integers, csr_matrix, Array]:
+    """The pairs that are kept of N, the (kept, N) matrix of the means that their relative motions stand for, and their (kept, d) normals.
+
+    None of these motions follows from others. Where three bodies meet in a point, the relative motion of two of them follows from that of each to the
+    third one, and so it does for two contacts of the same two bodies. Of such a circle the pair of the last contact is dissolved: the next one of its
+    contact stands for both, for the mean of their relative motions weighted by their widths. So a uniform traction still passes through (as for the
+    multipliers at cross points of the mortar method, Wohlmuth 2000). Where a face goes on smoothly from one contact of two bodies to another, that
+    of the first one stands for both, with the sum of their normals: a face with two names is one face. A node that both faces have, at the tip of a
+    crack, is no pair: what moves it relative to its place, where the faces do not match, counts with the next pair, of which the width stays.
+
+    Of each pair are given the number of the contact, increasing, the node of body 1 and the one of body 2 that it lies on (-1: none), the place, the
+    normal, of any length, and the width; and the distance up to which two places are one.
+    """
+    n, still = len(nodes), nodes == others
+    i, j = cKDTree(points).query_pairs(near, output_type="ndarray").T
+    spot = parts_of((i, j), n)
+    crowded = np.flatnonzero((np.bincount(spot)[spot] > 1) & ~still).tolist()
+    ends = [[(contacts[contact[k]].body_1, int(nodes[k])), (contacts[contact[k]].body_2, int(others[k]))] for k in crowded]
+    at = {(body, int(spot[k])): node for k, pair in zip(crowded, ends, strict=True) for body, node in pair if node >= 0}
+    joined, kept = DisjointSet(), ~still
+    for k, pair in zip(crowded, ends, strict=True):
+        one, two = (node if node >= 0 else at.get((body, int(spot[k])), (body, int(spot[k]))) for body, node in pair)
+        joined.add(one)
+        joined.add(two)
+        kept[k] = joined.merge(one, two)
+    heir, total, unit = np.arange(n), normals.copy(), normals / np.linalg.norm(normals, axis=1)[:, None]
+    opposite = np.array([one.body_2 for one in contacts])[contact]
+    for k in np.flatnonzero(~kept).tolist():
+        on = kept & (nodes == nodes[k]) & (opposite == opposite[k]) & (unit @ unit[k] > _SMOOTH)
+        free = np.flatnonzero(kept & (contact == contact[k]))
+        if not len(free):
+            name = contacts[contact[k]].name
+            raise ModelError(f"contacts: all nodes of {name!r} are corners that contacts before it have; mesh it with two elements, or list it first")
+        if on.any():
+            heir[k] = on.argmax()
+            total[heir[k]] += normals[k]
+        else:
+            heir[k] = free[np.linalg.norm(points[free] - points[k], axis=1).argmin()]
+    whole = np.bincount(heir, np.where(still, 0.0, widths), minlength=n)
+    return np.flatnonzero(kept), csr_matrix((widths / whole[heir], (heir, np.arange(n))), shape=(n, n))[kept], total[kept]

@@ -83,13 +83,7 @@ def neighbours(places: Array, reach: Array, others: Array, radii: Array) -> tupl
 
 
 def course(body: Body, boundary: str, argument: str) -> Integers:
-    """Nodes of a boundary in the plane in their order, the body on the left of the way; error messages call it `argument`.
-
-    Raises
-    ------
-    ModelError
-        Unknown, inside the body, in several pieces, or touching itself.
-    """
+    """Nodes of a boundary in the plane in their order, the body on the left of the way; error messages call it `argument`."""
     mesh, start = body.mesh, f"{argument}: boundary {boundary!r}"
     (line, closed), *others = lines_along(mesh, body.boundary(boundary, argument), start)
     if others:
@@ -100,13 +94,7 @@ def course(body: Body, boundary: str, argument: str) -> Integers:
 
 
 def lines_along(mesh: Mesh, facets: Integers, argument: str) -> list[tuple[Integers, bool]]:
-    """Nodes of facets of a plane outline, line by line, the body on the right of the way, and whether the line is closed: it begins leftmost then.
-
-    Raises
-    ------
-    ModelError
-        A node that more than two facets share; the message calls the outline `argument`.
-    """
+    """Nodes of facets of a plane outline, line by line, the body on the right of the way, and whether the line is closed: it begins leftmost then."""
     end, start = facets_around(mesh, facets).T
     for nodes in (start, end):
         if (np.bincount(nodes) > 1).any():
@@ -125,24 +113,14 @@ def lines_along(mesh: Mesh, facets: Integers, argument: str) -> list[tuple[Integ
 
 @dataclass(frozen=True, eq=False)
 class Overlaps:
-    """Points of integration on the overlaps of the facets of two faces.
+    """Points of integration on the overlaps of the facets of two faces."""
 
-    Parameters
-    ----------
-    facet, weights
-        (m,) number of the facet of body 1 that each point lies on, and length or area that it stands for.
-    own, phi
-        (m, k) nodes of that facet, and their hat functions at the point.
-    other, chi
-        (m, l) nodes of the facet of body 2 that the point faces, and their hat functions there.
-    """
-
-    facet: Integers
-    weights: Array
-    own: Integers
-    phi: Array
-    other: Integers
-    chi: Array
+    facet: Integers  # (m,) of body 1 that each point lies on
+    weights: Array  # (m,) length or area that it stands for
+    own: Integers  # (m, k) nodes of that facet
+    phi: Array  # (m, k) their hat functions at the point
+    other: Integers  # (m, l) nodes of the facet of body 2 that the point faces
+    chi: Array  # (m, l) their hat functions there
 
 
 def mortar_projection(overlaps: Overlaps, nodes: Integers, others: int) -> tuple[csr_matrix, Array]:
@@ -177,13 +155,8 @@ def facet_overlaps(one: Integers, points: Array, two: Integers, others: Array) -
     A quadrilateral is four triangles around its middle, which moves by the mean of its corners: a uniform traction then loads the corners as with
     bilinear functions, whatever the shape, and all integrals are exact.
 
-    Parameters
-    ----------
-    one, two
-        (facets, corners) nodes of the facets, edges in the plane, else triangles or quadrilaterals, in the order in which their normals point into
-        their body.
-    points, others
-        (nodes, d) coordinates of the nodes of body 1 and of body 2.
+    Of each face are given its facets by nodes (facets, corners), edges in the plane, else triangles or quadrilaterals, in the order in which their
+    normals point into their body, and the coordinates (nodes, d).
     """
     corners, d = points[one], points.shape[1]
     frames, middles = frames_of(normals_of(corners)), corners.mean(axis=1)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import qr
@@ -10,7 +11,7 @@ from scipy.sparse import csc_matrix, csr_matrix, diags, hstack, identity, kron
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import inv
 
-from ..contact import CONDENSATION, ROUNDING, SAME_POINT, Array, Booleans, Integers, place
+from ..contact import CONDENSATION, ROUNDING, SAME_POINT, Array, Booleans, Integers, first_of, place
 from ..contact.parts import runs
 from ..errors import ModelError
 
@@ -26,39 +27,18 @@ class Interface:
     """N pairs of a node of a body 1 and a place of a body 2, and the directions of their relative motion.
 
     The relative motion of pair i, `sum_r frames[i, r] z_ri = sum_j M_ij u_j`, is zero where the contact is glued. A node may belong to several pairs.
-
-    Parameters
-    ----------
-    nodes
-        (N,) nodes of bodies 1.
-    opening
-        (N, all nodes) matrix M; its rows add up to 0.
-    frames
-        (N, d, d) orthonormal directions: `frames[i, r]` is direction r at pair i, the tangents first, the normal last.
-    able
-        (N, all nodes) entries of M at the nodes that may follow the others of their pair, see `guided`.
     """
 
-    nodes: Integers
-    opening: csr_matrix
-    frames: Array
-    able: csr_matrix
-
-    @property
-    def kept(self) -> int:
-        """Number of relative motions, d N."""
-        return int(self.frames[..., 0].size)
+    nodes: Integers  # (N,) of bodies 1
+    opening: csr_matrix  # (N, all nodes) matrix M; its rows add up to 0
+    frames: Array  # (N, d, d) orthonormal directions: `frames[i, r]` is direction r at pair i, the tangents first, the normal last
+    able: csr_matrix  # (N, all nodes) entries of M at the nodes that may follow the others of their pair, see `guided`
 
     @cached_property
     def followers(self) -> tuple[Integers, csr_matrix, csr_matrix]:
         """(N,) nodes that follow all others, W (N, N) and Q (N, all nodes): they move by `W Z + Q u`, with the relative motions `Z = M u` in space.
 
         That of a pair is its node of body 1; where it belongs to more pairs, or may not follow, others do.
-
-        Raises
-        ------
-        ModelError
-            The relative motion of a pair follows from those of others, or from supports.
         """
         M = self.opening
         uses = np.bincount(M.indices, minlength=M.shape[1])
@@ -81,8 +61,8 @@ class Interface:
         part = self.able[rows][:, columns].toarray()
         sizes = np.abs(np.diag(qr(part.T, mode="r")[0])) if len(columns) else np.zeros(0)
         stuck = np.r_[sizes <= SAME_POINT, np.full(len(rows) - len(sizes), True)]
-        if stuck.any():
-            i = int(rows[stuck.argmax()])
+        if (k := first_of(stuck)) is not None:
+            i = int(rows[k])
             raise ModelError(
                 f"pairs: the relative motion of pair {i}, of node {self.nodes[i]} of body 1, follows from those of other pairs or from supports; "
                 "leave it out if its nodes are in other pairs, else hold the bodies elsewhere; on a plane of symmetry hold both across it"
@@ -109,12 +89,7 @@ class Interface:
 
         And which of the y each displacement is, (nodes, d), -1 for those that are held or replaced by relative motions.
 
-        Parameters
-        ----------
-        unknowns
-            (nodes, d) rows of the stiffness, -1 where a displacement is held at zero.
-        size
-            Number of rows of the stiffness.
+        The (nodes, d) rows of the stiffness are -1 where a displacement is held at zero, and `size` is the number of all rows.
         """
         (following, W, _), each, free = self.followers, identity(unknowns.shape[1]), unknowns >= 0
         free[following] = False
@@ -204,31 +179,21 @@ def guided(nodes: Integers, opening: csr_matrix, unknowns: Integers, normals: Ar
 
 
 def check_course(points: Array, frames: Array, names: Sequence[str]) -> None:
-    """Check that the pairs of each contact follow each other along their tangents, and that normals of neighbours do not flip.
-
-    Raises
-    ------
-    ModelError
-        They do not.
-    """
+    """Check that the pairs of each contact follow each other along their tangents, and that normals of neighbours do not flip."""
     for run in runs(names):
         t, n, p = frames[run, 0], frames[run, 1], points[run]
         step = np.diff(p, axis=0)
         flips = np.sum(n[1:] * n[:-1], axis=1) <= 0
-        if flips.any():
-            i = run.start + int(flips.argmax())
+        at = [f"pair {run.start + i} at {place(point)}" for i, point in enumerate(p)]
+        ways = [f"from {one} to {two}" for one, two in pairwise(at)]
+        if (k := first_of(flips)) is not None:
             raise ModelError(
-                f"normals: they turn by 90 degrees or more from pair {i} at {place(points[i])} to pair {i + 1} at {place(points[i + 1])}; "
-                "let all point from body 2 into body 1, and make a contact of its own of each side of a sharp corner"
+                f"normals: they turn by 90 degrees or more {ways[k]}; let all point into body 1, and give each side of a corner a contact"
             )
         back = np.minimum(np.sum(t[1:] * step, axis=1), np.sum(t[:-1] * step, axis=1)) <= 0
-        if back.any():
-            i = run.start + int(back.argmax())
+        if (k := first_of(back)) is not None:
             hint = "reverse the pairs (or the normals, and exchange the bodies)" if back.all() else "order the pairs along the contact"
-            raise ModelError(
-                f"pairs: from pair {i} at {place(points[i])} to pair {i + 1} at {place(points[i + 1])} they go against the tangent, "
-                f"which is the normal turned by -90 degrees; {hint}"
-            )
+            raise ModelError(f"pairs: {ways[k]} they go against the tangent, which is the normal turned by -90 degrees; {hint}")
 
 
 def check_sides(K: csr_matrix, unknowns: Integers, graph: csr_matrix, interface: Interface, points: Array) -> None:
@@ -237,11 +202,6 @@ def check_sides(K: csr_matrix, unknowns: Integers, graph: csr_matrix, interface:
     A normal is wrong where some of them contradict it and none agrees, or some of either body do: at a re-entrant corner those of one body may do so.
     A node that is joined to clamped ones too, which the matrix does not have and which pull it back in any shift, tells nothing, and neither do
     reduced models, in which all are joined.
-
-    Raises
-    ------
-    ModelError
-        One points the other way.
     """
     shifts, listed = np.zeros((K.shape[0], points.shape[1])), unknowns >= 0
     shifts[unknowns[listed], np.nonzero(listed)[1]] = 1.0
@@ -259,8 +219,7 @@ def check_sides(K: csr_matrix, unknowns: Integers, graph: csr_matrix, interface:
     sure = (np.abs(heights) > _ASIDE * np.linalg.norm(arms, axis=1)) & ~np.isin(seen.col, links.col)
     number = of + len(normals) * (side[seen.row] < 0)  # of body 1, then of body 2
     agree, contradict = (np.bincount(number[sure & part], minlength=2 * len(normals)).reshape(2, -1) > 0 for part in (heights > 0, heights < 0))
-    if (wrong := contradict.all(axis=0) | (contradict.any(axis=0) & ~agree.any(axis=0))).any():
-        i = int(wrong.argmax())
+    if (i := first_of(contradict.all(axis=0) | (contradict.any(axis=0) & ~agree.any(axis=0)))) is not None:
         raise ModelError(
             f"normals: that of pair {i} at {place(points[interface.nodes[i]])} does not point from body 2 into body 1, as their nodes lie there; "
             "turn it, or exchange the nodes of the pair (if all are so, in the plane also reverse the order of the pairs)"

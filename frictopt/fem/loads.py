@@ -1,17 +1,59 @@
 """Loads of a body: tractions, pressure, forces per volume, free expansion, displacements of supports."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from skfem import Basis
 
-from ..contact import Array, finite_number
+from ..contact import Array, check_text, finite_number, real_array, shown
 from ..errors import ModelError
 from .bodies import Body, Place, checked_place, checked_point
-from .elasticity import Amount, Kinematics, Part, boundary_forces, components, element_means, gradient_forces, values_at, volume_forces
-from .elements import basis_of
+from .elasticity import Amount, Kinematics, basis_of, boundary_forces, element_means, gradient_forces, volume_forces
 
 # `_forces` of a load are (d, nodes) nodal forces on its body: in the plane per depth, axisymmetric those of the whole circumference.
+
+
+class Part:
+    """Base of loads: their texts are names, their amounts finite numbers or functions, and of x, y and z at least one is given."""
+
+    def __post_init__(self) -> None:
+        if all(getattr(self, axis, 0.0) is None for axis in "xyz"):
+            raise ModelError(f"{type(self).__name__}: neither x nor y nor z; give one of them")
+        for field in fields(self):  # type: ignore[arg-type]
+            name, value = field.name, getattr(self, field.name)
+            if field.type is str:
+                check_text(name, value, "a name of the model or its mesh")
+            elif field.type is float or (field.type in (Amount, Amount | None) and value is not None and not callable(value)):
+                object.__setattr__(self, name, finite_number(name, value))
+            elif isinstance(value, type):
+                raise ModelError(f"{name}: {shown(value)}; give a number or a function of x and y, and z in space")
+
+
+def components(load: Any, points: Array) -> Array:
+    """(d, ...) values of x, y and z of a load at points (d, ...)."""
+    kind = type(load).__name__
+    if len(points) == 2 and load.z != 0:
+        raise ModelError(f"{kind} z: {shown(load.z)}; body {load.body!r} is plane, give x and y alone")
+    return np.array([values_at(f"{kind} {axis}", getattr(load, axis), points) for axis in "xyz"[: len(points)]])
+
+
+def values_at(name: str, amount: Amount, points: Array) -> Array:
+    """Values of a number or a function at points (d, ...); error messages call it `name`."""
+    shape = points.shape[1:]
+    if not callable(amount):
+        return np.full(shape, float(amount))
+    try:
+        given = amount(*points)
+    except Exception as error:  # whatever a function of the user's raises
+        axes = "two arrays, x and y" if len(points) == 2 else "three arrays, x, y and z"
+        raise ModelError(f"{name}: the function raised {type(error).__name__}: {error}; it gets {axes}") from error
+    values = real_array(name, given)
+    if values.shape not in ((), shape):
+        raise ModelError(f"{name}: the function gave shape {values.shape} at points of shape {shape}; give one value for each point")
+    if not np.isfinite(values).all():
+        raise ModelError(f"{name}: the function is not finite everywhere")
+    return np.broadcast_to(values, shape)
 
 
 class _Forces(Part):

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS, ContactSystem, Shown, joined, parted
-from ..contact.checks import Array, check_name, checked_loads, finite_array, frozen, listed_parts, shown
+from ..contact.checks import Array, checked_cases, checked_loads, finite_array, frozen, listed_parts, shown
 from ..contact.parts import compliances
 from ..contact.units import checked_units
 from ..errors import ModelError, ModelWarning
@@ -19,7 +19,7 @@ from .assembly import Assembly, Load
 from .bodies import Body, Support, checked_kinematics
 from .bolts import BoltPreload
 from .condense import condensed
-from .contacts import Contact
+from .contacts import Contact, Joint
 from .elasticity import Kinematics
 from .interface import check_course
 from .loads import Expansion
@@ -91,38 +91,36 @@ class ContactModel(Shown, Viewed):
     def __post_init__(self) -> None:
         if not isinstance(self.bodies, Mapping) or not self.bodies:
             raise ModelError(f"bodies: {shown(self.bodies)}; give a mapping, name -> Body")
-        if not isinstance(self.loads, Mapping) or not self.loads:
-            raise ModelError(f"loads: {shown(self.loads)}; give at least one load case, name -> list of Traction")
-        kinematics = checked_kinematics(self.kinematics, self.bodies)
-        contacts = listed_parts("contacts", self.contacts, Contact)
-        if not contacts:
-            if len(self.bodies) != 2:
-                raise ModelError(f"contacts: none, with {len(self.bodies)} bodies; give a Contact for each face at which two of them meet")
-            one, two = self.bodies
-            contacts = (Contact(one, two),)
-        loads = {}
-        for name, parts in self.loads.items():
-            check_name("loads", name)
-            loads[name] = listed_parts(f"loads[{name!r}]", parts, *get_args(Load))
-            if not parts:
-                raise ModelError(f"loads[{name!r}]: no load; give at least one, or leave the load case out")
-        supports, units = listed_parts("supports", self.supports, Support), checked_units(self.units)
-        given = {"bodies": MappingProxyType(dict(self.bodies)), "loads": MappingProxyType(loads)}
-        vars(self).update(given, supports=supports, contacts=contacts, kinematics=kinematics, units=units)
+        kinematics, contacts = checked_kinematics(self.kinematics, self.bodies), listed_parts("contacts", self.contacts, Contact)
+        if not contacts and len(self.bodies) != 2:
+            raise ModelError(f"contacts: none, with {len(self.bodies)} bodies; give a Contact for each face at which two of them meet")
+        one, *others = self.bodies
+        given = checked_cases("loads", self.loads, "list of Traction")
+        loads = {name: listed_parts(f"loads[{name!r}]", parts, *get_args(Load)) for name, parts in given.items()}
+        if not loads or not all(loads.values()):
+            empty = [f"[{name!r}]" for name, parts in loads.items() if not parts]
+            raise ModelError(f"loads{(empty or [''])[0]}: no load; give at least one, or leave the load case out")
+        vars(self).update(bodies=MappingProxyType(dict(self.bodies)), loads=MappingProxyType(loads), contacts=contacts or (Contact(one, others[0]),))
+        vars(self).update(supports=listed_parts("supports", self.supports, Support), kinematics=kinematics, units=checked_units(self.units))
         _ = self._cases
-        for contact, joint in zip(contacts, self._parts.joints, strict=True):
-            bodies = [self.bodies[name] for name in (contact.body_1, contact.body_2)]
-            E, sizes = [body.material.E for body in bodies], [float(np.ptp(body.mesh.p, axis=1).max()) for body in bodies]
-            for what, (a, b), most, units in (("E", E, _UNITS_APART, "Pa or MPa"), ("size", sizes, _SIZES_APART, "mm or m")):
-                if max(a, b) >= most * min(a, b):
-                    _warn(f"bodies: {what} = {a:g} of {contact.body_1!r} and {b:g} of {contact.body_2!r}; are both in the same unit ({units})?")
-            if joint.coarser > _COARSE:
-                _warn(
-                    f"contacts: {contact.name!r}: the edges of body {contact.body_1!r} are {joint.coarser:.1f} times as long as those of body "
-                    f"{contact.body_2!r}; the nodes of body 1 are those of the contact: exchange the bodies, or mesh it finer"
-                )
-            if joint.missed > _MISSED:
-                _warn(f"contacts: {contact.name!r}: its facets may miss curved faces by {joint.missed:.2g} of the widest measured gap; mesh finer")
+        for contact, joint in zip(self.contacts, self._parts.joints, strict=True):
+            self._warn_of(contact, joint)
+
+    def _warn_of(self, contact: Contact, joint: Joint) -> None:
+        """Warn of bodies in different units, and of meshes that are too coarse."""
+        names = contact.body_1, contact.body_2
+        bodies = [self.bodies[name] for name in names]
+        E, sizes = [body.material.E for body in bodies], [float(np.ptp(body.mesh.p, axis=1).max()) for body in bodies]
+        for what, (a, b), most, units in (("E", E, _UNITS_APART, "Pa or MPa"), ("size", sizes, _SIZES_APART, "mm or m")):
+            if max(a, b) >= most * min(a, b):
+                _warn(f"bodies: {what} = {a:g} of {names[0]!r} and {b:g} of {names[1]!r}; are both in the same unit ({units})?")
+        if joint.coarser > _COARSE:
+            _warn(
+                f"contacts: {contact.name!r}: the edges of body {names[0]!r} are {joint.coarser:.1f} times as long as those of body {names[1]!r}; "
+                "the nodes of body 1 are those of the contact: exchange the bodies, or mesh it finer"
+            )
+        if joint.missed > _MISSED:
+            _warn(f"contacts: {contact.name!r}: its facets may miss curved faces by {joint.missed:.2g} of the widest measured gap; mesh finer")
 
     def condense(self) -> ContactSystem:
         """Condense the glued bodies to the relative motion of the contacts, see `frictopt.condense`.
@@ -134,22 +132,21 @@ class ContactModel(Shown, Viewed):
         ModelError
             Rigid motions that nothing prevents, supports on both nodes of a pair, a stiffness that cannot be factorised accurately.
         """
-        parts, (K, interface), (R, D) = self._parts, (self._parts.stiffness, self._parts.interface), self._parts.release
-        names, points = [parts.names[number] for number in parts.contact], parts.points[interface.nodes]
+        parts, glued, (R, D) = self._parts, self._parts.glued, self._parts.release
+        names, points, frames = [parts.names[number] for number in parts.contact], parts.points[parts.pairs.nodes], glued.interface.frames
         if self.kinematics != "space":
-            check_course(points, interface.frames, names)
+            check_course(points, frames, names)
         parts.check_ends()
         force, moved, _ = (np.column_stack(columns) for columns in zip(*self._cases.values(), strict=True))
-        pulls, drawn = R.T @ force, K @ moved
-        F = dict(zip(self._cases, (pulls - drawn).T, strict=True))
-        S, bonded, L = condensed(K, F, interface, parts.motions, parts.free_rows, parts.points, parts.graph, parts.called)
+        pulls, drawn = R.T @ force, glued.K @ moved
+        S, bonded, L = condensed(glued, dict(zip(self._cases, (pulls - drawn).T, strict=True)))
         L += pulls.T @ moved + moved.T @ (pulls - drawn) + force.T @ (D @ force)  # of moved supports, and of bolts that are cut
         stress = self.kinematics == "plane_stress"
         moduli = {name: body.material.E if stress else body.material.plane_modulus for name, body in self.bodies.items()}
         E_star = {1 / (1 / moduli[contact.body_1] + 1 / moduli[contact.body_2]) for contact in self.contacts}
         E, contact = E_star.pop() if len(E_star) == 1 else None, np.array(names)
         rigid = ContactSystem(
-            S, points, bonded, gap=parts.gap, frames=interface.frames, contact=contact, width=parts.width, E_star=E, compliance=L, units=self.units
+            S, points, bonded, gap=parts.gap, frames=frames, contact=contact, width=parts.width, E_star=E, compliance=L, units=self.units
         )
         if overlaps := {name: overlap for name, (_, _, overlap) in self._cases.items() if overlap.any()}:
             rigid = rigid.with_interference(overlaps)
@@ -200,11 +197,9 @@ class ContactModel(Shown, Viewed):
             raise ModelError(f"load case {unknown[0]!r}: unknown; this model has {sorted(self.loads)}")
         n, d = len(parts.contact), parts.points.shape[1]
         v, w = finite_array("slip", slip, (n,) if d == 2 else (n, 2)), parts.gap if gap is None else finite_array("gap", gap, (n,))
-        force, lift, overlap = np.zeros(parts.points.size), np.zeros(parts.points.size), np.zeros(n)
-        for name, amplitude in amplitudes.items():
-            for total, part in zip((force, lift, overlap), self._cases[name], strict=True):
-                total += amplitude * part
-        expansions = [(amplitude, part) for name, amplitude in amplitudes.items() for part in self.loads[name] if isinstance(part, Expansion)]
+        cases = [[amplitude * part for part in self._cases[name]] for name, amplitude in amplitudes.items()]
+        nothing = [np.zeros(parts.points.size), np.zeros(parts.points.size), np.zeros(n)]
+        force, lift, overlap = (np.sum(some, axis=0) for some in zip(nothing, *cases, strict=True))
         R, D = parts.release
         motion = joined(v, w - parts.gap)
         if np.isfinite(self._springs).any():  # the bodies move by what the springs give, too
@@ -215,22 +210,15 @@ class ContactModel(Shown, Viewed):
         if gap is not None:
             warn_of_open_nodes(w, r, float(np.abs(u).max()))
         u = parts.tied @ (R @ u + D @ force)
-        moved, strain, stress = dict[str, Array](), {}, {}
-        for name, body in parts.bodies.items():
-            first = parts.first_node[name]
-            moved[name] = frozen(u[parts.rows[first : first + body.mesh.p.shape[1]]].T)
-            strain[name], stress[name] = strain_and_stress(body, parts.kinematics, moved[name], [own for own in expansions if own[1].body == name])
+        moved = {name: frozen(u[parts.rows[first : first + parts.bodies[name].mesh.p.shape[1]]].T) for name, first in parts.first_node.items()}
+        expansions = [(amplitude, part) for name, amplitude in amplitudes.items() for part in self.loads[name] if isinstance(part, Expansion)]
+        tensors = {name: strain_and_stress(name, body, parts.kinematics, moved[name], expansions) for name, body in parts.bodies.items()}
+        strain, stress = ({name: both[i] for name, both in tensors.items()} for i in (0, 1))
         q, p, v, w = map(frozen, (*parted(r, d), v, w))
-        return BodyFields(moved, stress, strain, q, p, v, w, parts.bodies, self.units, parts.interface.frames, parts.sides)
+        return BodyFields(moved, stress, strain, q, p, v, w, parts.bodies, self.units, parts.glued.interface.frames, parts.sides)
 
     def _over(self, steady: Steady, *, every: bool) -> Iterator[tuple[float, BodyFields, dict[str, Any]]]:
-        """The states of a steady cycle, at its corners or all: corners visited since the last one, fields, and status and work at the contact.
-
-        Raises
-        ------
-        ModelError
-            The steady state is that of another model.
-        """
+        """The states of a steady cycle, at its corners or all: corners visited since the last one, fields, and status and work at the contact."""
         states = steady.states()
         last = np.append(np.diff(states.time) > SIMULTANEOUS, True)  # of the states of one time
         corner = np.abs(states.time - np.round(states.time)) <= SIMULTANEOUS
@@ -285,4 +273,4 @@ class ContactModel(Shown, Viewed):
 
 
 def _warn(text: str) -> None:
-    warnings.warn(text, ModelWarning, stacklevel=4)  # where the model is made
+    warnings.warn(text, ModelWarning, stacklevel=5)  # where the model is made

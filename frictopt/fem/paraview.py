@@ -13,7 +13,7 @@ from ..contact import Array, Integers
 from ..errors import ModelError
 from .faces import facets_around
 from .given import same_point
-from .matrices.meshes import file_path, meshio_library
+from .matrices.meshes import file_path, library
 from .model import ContactModel
 from .recovery import BodyFields, Steady
 
@@ -99,7 +99,7 @@ def contact_face(model: ContactModel, fields: BodyFields | None, more: Mapping[s
     A node at the tip of a crack, which is in no pair, moves with its body and does not slip; all else there is that of the nearest pair.
     """
     (cells, tips), points, pairs = _faces(model), model._parts.points, model._parts.pairs.nodes
-    mesh = meshio_library().Mesh(_in_space(points[np.r_[pairs, tips]]), [(_CELLS[own.shape[1]], own) for own in cells])
+    mesh = library().Mesh(_in_space(points[np.r_[pairs, tips]]), [(_CELLS[own.shape[1]], own) for own in cells])
     mesh.cell_data["contact"] = [np.full(len(own), number, dtype=np.int32) for number, own in enumerate(cells)]
     if fields is None:
         return mesh

@@ -17,10 +17,9 @@ from ..errors import ModelError, ModelWarning
 from .assembly import Assembly
 from .bodies import Body
 from .condense import eliminated, fronts
-from .elasticity import MOMENTS, Kinematics, element_means
-from .elements import basis_of
+from .elasticity import MOMENTS, Kinematics, basis_of, element_means
 from .loads import Expansion
-from .matrices.meshes import meshio_library
+from .matrices.meshes import library
 
 _COMPONENTS = ("xx", "yy", "xy", "zz", "xz", "yz")  # the first four in the plane
 _ARMS = {"triangle": [1, 2], "quad": [1, 3], "tetra": [1, 2, 3], "hexahedron": [1, 3, 4]}  # in the order of VTK, next to the first node
@@ -137,7 +136,7 @@ class BodyFields(Shown, Plotted):
         ModelError
             An unknown body, or a file that cannot be written.
         """
-        meshio, whole = meshio_library(), self._in_meshio(body)
+        meshio, whole = library(), self._in_meshio(body)
         try:
             whole.write(path)
         except (OSError, TypeError, ValueError, meshio.WriteError, meshio.ReadError) as error:
@@ -167,7 +166,7 @@ def von_mises(stress: Array) -> Array:
 
 def in_meshio(mesh: Any) -> Any:
     """A mesh of scikit-fem as one in space of meshio, its elements right-handed: VTK counts the volume of others as negative."""
-    meshio_library()
+    library()
     from skfem.io.meshio import to_meshio  # here, for it imports meshio
 
     whole, places = to_meshio(mesh, encode_cell_data=False), mesh.elem().doflocs
@@ -226,19 +225,12 @@ class Viewed(Plotted):
 
 
 class Recovery:
-    """The factorisation that gives displacements of a model back, `u = lift + T y + D z` with the relative motions z.
-
-    Raises
-    ------
-    ModelError
-        A displacement has no stiffness.
-    """
+    """The factorisation that gives displacements of a model back, `u = lift + T y + D z` with the relative motions z."""
 
     def __init__(self, parts: Assembly) -> None:
-        K, unknowns, points = parts.stiffness, parts.free_rows, parts.points
-        T, front = fronts(K, parts.interface, unknowns, points, parts.graph)
+        K, (T, front) = parts.glued.K, fronts(parts.glued)
         self._K, self._T, self._drive = K, T[:, front >= 0], T[:, front < 0]
-        self._elimination = eliminated(csr_matrix(self._T.T @ K @ self._T), front[front >= 0], self._T, unknowns, points, parts.called, keep=True)
+        self._elimination = eliminated(parts.glued, csr_matrix(self._T.T @ K @ self._T), self._T, front[front >= 0], keep=True)
 
     def displacements(self, force: Array, lift: Array, z: Array) -> tuple[Array, Array]:
         """(size,) displacements under forces, displacements `lift` of moved supports, and relative motions z (d N,); and reactions (d N,)."""
@@ -248,31 +240,27 @@ class Recovery:
         return u, np.asarray(self._drive.T @ (self._K @ u - force))
 
 
-def strain_and_stress(body: Body, kinematics: Kinematics, u: Array, expansions: Sequence[tuple[float, Expansion]]) -> tuple[Array, Array]:
-    """(components, nodes) nodal strain and stress."""
-    basis, d = basis_of(body.mesh), len(u)
-    x = np.asarray(basis.global_coordinates())[0]
-    fields = [basis.interpolate(component) for component in u]
+def strain_and_stress(name: str, body: Body, kinematics: Kinematics, u: Array, expansions: Sequence[tuple[float, Expansion]]) -> tuple[Array, Array]:
+    """(components, nodes) nodal strain and stress of a body, with its part of expansions, amplitude and load."""
+    basis, d, (lam, mu) = basis_of(body.mesh), len(u), body.material._plane_lame(kinematics)
+    x, own = np.asarray(basis.global_coordinates())[0], [(amplitude, part) for amplitude, part in expansions if part.body == name]
+    fields, strain, nothing = [basis.interpolate(component) for component in u], np.zeros((3, 3, *x.shape)), np.zeros_like(x)
     slopes = np.array([np.asarray(field.grad) for field in fields])
-    strain, nothing = np.zeros((3, 3, *x.shape)), np.zeros_like(x)
     strain[:d, :d] = (slopes + slopes.swapaxes(0, 1)) / 2
     if kinematics == "axisymmetric":
         strain[2, 2] = np.asarray(fields[0]) / x
-    lam, mu = body.material._plane_lame(kinematics)
     volume = element_means(basis, np.trace(strain)) if body.element == "mean_dilatation" else np.trace(strain)
-    tension = lam * volume - sum((amplitude * part._tension(body, kinematics, basis) for amplitude, part in expansions), nothing)
+    tension = lam * volume - sum((amplitude * part._tension(body, kinematics, basis) for amplitude, part in own), nothing)
     stress = 2 * mu * strain + tension * np.eye(3)[:, :, None, None]
     if kinematics == "plane_stress":
-        free = sum((amplitude * part._strain(basis) for amplitude, part in expansions), nothing)
+        free = sum((amplitude * part._strain(basis) for amplitude, part in own), nothing)
         strain[2, 2] = -body.material.nu / body.material.E * (stress[0, 0] + stress[1, 1]) + free
         stress[2, 2] = 0.0
     mass = splu(BilinearForm(lambda a, b, w: a * b).assemble(basis).tocsc())
-    names = _COMPONENTS[: 4 if d == 2 else 6]
-
-    def nodal(field: Array) -> Array:
-        return frozen([mass.solve(MOMENTS.assemble(basis, amount=field["xyz".index(name[0]), "xyz".index(name[1])])) for name in names])
-
-    return nodal(strain), nodal(stress)
+    entries = [3 * "xyz".index(pair[0]) + "xyz".index(pair[1]) for pair in _COMPONENTS[: 4 if d == 2 else 6]]
+    moments = ([MOMENTS.assemble(basis, amount=tensor.reshape(9, *x.shape)[i]) for i in entries] for tensor in (strain, stress))
+    strain, stress = (frozen([mass.solve(moment) for moment in own]) for own in moments)
+    return strain, stress
 
 
 def warn_of_open_nodes(w: Array, r: Array, moved: float) -> None:

@@ -36,16 +36,7 @@ def node_graph(K: csr_matrix, unknowns: Integers, generalised: Integers = NO_ROW
 def free_motions(K: csr_matrix, unknowns: Integers, points: Array, body: Integers, generalised: Integers = NO_ROWS) -> csr_matrix:
     """(size, k) rigid motions, of one body each, that need no force; orthonormal.
 
-    Parameters
-    ----------
-    K
-        The stiffness.
-    unknowns, points
-        (nodes, d) rows of the stiffness, -1 where held, -2 where they follow others, and coordinates.
-    body
-        (nodes,) number of the body that each node belongs to.
-    generalised
-        Rows of K that are no displacement of a node: they follow without force.
+    Arguments are those of `Glued`, and the (nodes,) number of the body of each node. Generalised coordinates follow without force.
     """
     rigid = _rigid_motions(points, body)
     listed = unknowns >= 0
@@ -82,10 +73,8 @@ def _followed(K: csr_matrix, generalised: Integers, u: Array) -> Array:
     try:
         return np.asarray(-splu(csc_matrix(G[:, generalised])).solve(G @ u))
     except RuntimeError as error:
-        raise ModelError(
-            f"generalised: the stiffness of these {len(generalised)} rows is singular while all nodes are still ({error}); hold what moves freely, "
-            "or leave it out"
-        ) from error
+        rows = f"the stiffness of these {len(generalised)} rows is singular while all nodes are still"
+        raise ModelError(f"generalised: {rows} ({error}); hold what moves freely, or leave it out") from error
 
 
 def assemblies(graph: csr_matrix, interface: Interface) -> Integers:
@@ -96,13 +85,7 @@ def assemblies(graph: csr_matrix, interface: Interface) -> Integers:
 
 
 def check_supports(K: csr_matrix, unknowns: Integers, points: Array, graph: csr_matrix, interface: Interface, generalised: Integers) -> None:
-    """Check that no rigid motion is left to bodies that are glued together.
-
-    Raises
-    ------
-    ModelError
-        One is left.
-    """
+    """Check that no rigid motion is left to bodies that are glued together."""
     assembly = assemblies(graph, interface)
     left = free_motions(K, unknowns, points, assembly, generalised)
     if left.shape[1]:
@@ -116,13 +99,7 @@ def check_supports(K: csr_matrix, unknowns: Integers, points: Array, graph: csr_
 
 
 def slips_of(motions: csr_matrix, interface: Interface, unknowns: Integers) -> Array:
-    """(d N, k) relative motions at the contacts in the rigid motions (size, k) of bodies that `free_motions` found.
-
-    Raises
-    ------
-    ModelError
-        A body can move without moving there.
-    """
+    """(d N, k) relative motions at the contacts in the rigid motions (size, k) of bodies that `free_motions` found."""
     relative = interface.relative(motions, unknowns)
     sizes = np.linalg.svd(relative, compute_uv=False)
     if len(sizes) < relative.shape[1] or (sizes[-1:] <= SAME_POINT * sizes[:1]).any():
@@ -136,19 +113,7 @@ def balanced(S: Array, R: Array, F: Array, motions: csr_matrix, relative: Array)
     S must have no stiffness against a rigid motion of one body that its supports allow, and the reactions of a load case must do the work of the load
     in it, with the opposite sign. The deviation measures the accuracy of the elimination.
 
-    Parameters
-    ----------
-    S, R
-        (k, k) stiffness of the relative motion and (k, loads) reactions.
-    F
-        (size, loads) loads before the elimination.
-    motions, relative
-        Rigid motions that `free_motions` found, and their `slips_of` the contacts.
-
-    Raises
-    ------
-    ModelError
-        The deviation exceeds the tolerance.
+    S (k, k), R (k, loads) and F (size, loads) are the stiffness, the reactions, and the loads before the elimination.
     """
     if not motions.shape[1]:
         return S, R
@@ -160,8 +125,7 @@ def balanced(S: Array, R: Array, F: Array, motions: csr_matrix, relative: Array)
     error = float(max(errors, default=0.0))
     if not error <= EQUILIBRIUM:
         raise ModelError(
-            f"stiffness: elimination leaves equilibrium of the bodies with an error of {error:.1e}; materials, sizes or elements differ too much: "
-            "bring the stiffness of the bodies, the lengths, or the element sizes closer together"
+            f"stiffness: elimination leaves equilibrium of the bodies with errors of {error:.1e}; bring stiffness, lengths, elements closer together"
         )
     S = S - rigid @ (rigid.T @ S)
     return np.asarray(S - (S @ rigid) @ rigid.T), np.asarray(R - rigid @ excess)

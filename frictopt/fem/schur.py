@@ -20,17 +20,7 @@ def nested_dissection(graph: csr_matrix, points: Array) -> Integers:
     Every part is cut in two at the median of one coordinate, the one whose cut crosses fewest edges; the nodes on the near side of a
     crossed edge separate the halves and are a front, eliminated after both. Parts that are not cut further are fronts.
 
-    Parameters
-    ----------
-    graph
-        (n, n) matrix whose pattern is the adjacency of the nodes.
-    points
-        (d, n) coordinates, d = 2 or 3.
-
-    Returns
-    -------
-    (n,) integers
-        The number of the front of each node, in the order of elimination.
+    The (n, n) pattern of the graph is the adjacency of the nodes, the points are (d, n). Returned are the (n,) fronts in the order of elimination.
     """
     pattern, front, side = graph.tocoo(), np.zeros(graph.shape[0], dtype=np.intp), np.zeros(graph.shape[0], dtype=np.int8)
     once, numbers = pattern.row < pattern.col, count()
@@ -63,24 +53,9 @@ class Elimination:
     A front is a dense matrix: some unknowns that are eliminated together, and the later ones that they are joined to. What the elimination leaves
     to these waits for the front of the first of them; fronts that are done are dropped. In the end the kept unknowns are left.
 
-    Parameters
-    ----------
-    K
-        Symmetric matrix, positive definite in the eliminated unknowns.
-    front
-        (unknowns,) number of the front that eliminates each, from 0 on in the order of elimination; -1: kept.
-    keep
-        Whether the factors are kept for `solve`.
-
-    Attributes
-    ----------
-    S
-        (kept, kept) Schur complement `K_rr - K_ri K_ii^-1 K_ir`, in the order of K.
-
-    Raises
-    ------
-    LinAlgError
-        The eliminated part is not positive definite; the argument is the number of the unknown at which that shows.
+    `front` (unknowns,) is the number of the front that eliminates each, from 0 on; -1: kept. `keep` keeps the factors for `solve`. The attribute S is
+    the (kept, kept) Schur complement `K_rr - K_ri K_ii^-1 K_ir`, in the order of K. Raises LinAlgError, with the unknown at which that shows, where
+    the eliminated part is not positive definite.
     """
 
     def __init__(self, K: csr_matrix, front: Integers, *, keep: bool = False) -> None:
@@ -124,16 +99,7 @@ class Elimination:
 def _assembled(upper: csr_matrix, first: int, last: int, left: list[tuple[Integers, Array]], place: Integers) -> tuple[Integers, Array, Array, Array]:
     """The later unknowns of a front, and its blocks: own, later by own, later by later; of symmetric ones the lower triangle.
 
-    Parameters
-    ----------
-    upper
-        Upper triangle of the matrix.
-    first, last
-        Its own unknowns.
-    left
-        What fronts before left to it, the unknowns and the matrix; each is dropped once it is added.
-    place
-        (unknowns,) place of each in the blocks, written anew.
+    What fronts before left to it, unknowns and matrix, is dropped once it is added; `place` (unknowns,) is written anew.
     """
     size, ends = last - first, upper.indptr[first : last + 1]
     row, value, column = upper.indices[ends[0] : ends[-1]], upper.data[ends[0] : ends[-1]], np.repeat(np.arange(size), np.diff(ends))

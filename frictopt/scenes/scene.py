@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -32,20 +32,9 @@ class Scene(Plotted):
     _within: ClassVar[Sequence[tuple[str, str]]] = ()  # lengths of which the first is less than the second
 
     def __post_init__(self) -> None:
-        lengths = dict[str, float]()
         for field in fields(self):
-            name, value = field.name, getattr(self, field.name)
-            if name == "elements":
-                value = whole_number(name, value, least=max(2, self._multiple), most=_MOST_ELEMENTS)
-                if value % self._multiple:
-                    raise ModelError(f"elements: {value}; give a multiple of {self._multiple}, so that nodes lie in the middle")
-            elif field.type is Material and not isinstance(value, Material):
-                raise ModelError(f"{name}: {shown(value)}; give a Material")
-            elif field.type is float:
-                value = finite_number(name, value, **_RANGES.get(name, {"above": 0.0}))
-                if name not in _RANGES:
-                    lengths[name] = value
-            object.__setattr__(self, name, value)
+            object.__setattr__(self, field.name, self._checked(field.name, field.type, getattr(self, field.name)))
+        lengths = {field.name: float(getattr(self, field.name)) for field in fields(self) if field.type is float and field.name not in _RANGES}
         for inner, outer in self._within:
             if not getattr(self, inner) < getattr(self, outer):
                 raise ModelError(f"{outer}: {getattr(self, outer):g}; it must be more than {inner} = {getattr(self, inner):g}")
@@ -57,6 +46,16 @@ class Scene(Plotted):
         if nodes > _MOST_NODES:
             given = ", ".join(f"{name} = {getattr(self, name)}" for name in ("elements", *lengths, "grading", "growth") if hasattr(self, name))
             raise ModelError(f"{given}: they make a mesh of {nodes:.0e} nodes, the most are {_MOST_NODES:.0e}; give less, or more growth")
+
+    def _checked(self, name: str, kind: object, value: Any) -> Any:
+        """The value of a field of some kind."""
+        if name == "elements":
+            value = whole_number(name, value, least=max(2, self._multiple), most=_MOST_ELEMENTS)
+            if value % self._multiple:
+                raise ModelError(f"elements: {value}; give a multiple of {self._multiple}, so that nodes lie in the middle")
+        if kind is Material and not isinstance(value, Material):
+            raise ModelError(f"{name}: {shown(value)}; give a Material")
+        return finite_number(name, value, **_RANGES.get(name, {"above": 0.0})) if kind is float else value
 
     def _check_sizes(self) -> None:
         """Refuse sizes that do not fit."""
@@ -99,13 +98,7 @@ def along(half_length: float, elements: int, grading: float) -> Array:
 
 
 def away(length: float, first: float, growth: float) -> Array:
-    """Coordinates from 0 to exactly `length`, steps growing by `growth` from about `first`.
-
-    Raises
-    ------
-    ModelError
-        More steps than a mesh may have.
-    """
+    """Coordinates from 0 to exactly `length`, steps growing by `growth` from about `first`."""
     steps = max(1.0, np.ceil(np.log1p(length / first * (growth - 1)) / np.log(growth)))
     if steps > _MOST_NODES:
         raise ModelError(f"growth: {growth:g} makes {steps:.0e} elements from {first:g} on over {length:g}, the most are {_MOST_NODES:g}; give more")

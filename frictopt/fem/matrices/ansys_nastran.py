@@ -62,14 +62,9 @@ def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob
         warnings.simplefilter("ignore")  # that a static file has no mass
         numbers, upper, _ = by_library(_ANSYS, lambda _: full.load_km(as_sparse=True, sort=True), file, "stiffness")
     labels, held = (np.asarray(found + [0, 1], dtype=np.intp) for found in (numbers, full.const))
-    free = np.flatnonzero(~np.isin(_code(labels), _code(held)))
+    free = np.flatnonzero(~np.isin(labels @ [10, 1], held @ [10, 1]))
     K = csr_matrix(upper + triu(upper, 1).T)
     return MatrixJob(K[free][:, free], labels[free], None if deck is None else _archive(reader, file_path("deck", deck), held))
-
-
-def _code(labels: Integers) -> Integers:
-    """One number for each label."""
-    return np.asarray(10 * labels[:, 0] + labels[:, 1])
 
 
 def _archive(reader: Any, file: Path, held: Integers) -> Deck:
@@ -139,10 +134,8 @@ def read_nastran(path: str | Path, *, name: str | None = None, deck: str | Path 
         return MatrixJob(K, whole_array("labels", labels, (None, 2), least=0, most=10**8), grids)
     numbers = np.sort(grids.numbers) if grids is not None else np.zeros(0, dtype=np.intp)
     if K.shape[0] != 6 * len(numbers) or not len(numbers):
-        raise ModelError(
-            f"labels: none, and {file.name} has {K.shape[0]} rows, not six for each of the {len(numbers)} grid points of the deck; OUTPUT4 does "
-            "not say which grid points they belong to: give grid point and component of each row, or write DMIG"
-        )
+        rows = f"{file.name} has {K.shape[0]} rows, not six for each of the {len(numbers)} grid points of the deck"
+        raise ModelError(f"labels: none, and {rows}; give grid point and component of each row, which OUTPUT4 does not say, or write DMIG")
     every = np.column_stack([np.repeat(numbers, 6), np.tile(np.arange(1, 7), len(numbers))])
     return MatrixJob(K, every, grids)
 
@@ -154,10 +147,8 @@ def _bulk_data(bulk: Any, file: Path) -> Deck:
         raise ModelError(f"deck {file.name}: no GRID; give the bulk data of the job")
     turned = grids[(grids[:, 1] != 0) | (grids[:, 5] != 0)]
     if len(turned):
-        raise ModelError(
-            f"deck {file.name}: grid point {turned[0, 0]:g} has coordinates or displacements in system {max(turned[0, 1], turned[0, 5]):g}; write "
-            "both, and the matrix, in the basic system"
-        )
+        number, system = turned[0, 0], max(turned[0, 1], turned[0, 5])
+        raise ModelError(f"deck {file.name}: grid point {number:g} has coordinates or displacements in system {system:g}; write all in the basic one")
     solids: dict[str, list[list[int]]] = {}
     for card in ("CHEXA", "CPENTA", "CPYRAM", "CTETRA"):
         for number, _, *corners in by_library("pyyeti", partial(bulk.rdcards, name=card, return_var="list", no_data_return=[]), file, "deck"):

@@ -1,17 +1,19 @@
 """Matrices of CalculiX and Abaqus, whose decks have one grammar: of whole models, and of substructures, whose files are linear user elements."""
 
 import re
+from io import StringIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from ...contact import ROUNDING, SAME_POINT, Booleans, Integers
+from ...contact import ROUNDING, SAME_POINT, Array, Booleans, Integers
 from ...errors import ModelError
 from .deck import Deck, read_deck
 from .job import MatrixJob
 from .meshes import file_path
-from .text import blocks, fields, number, numbers_in, symmetric, text_of
+from .text import blocks, fields, number, text_of
 
 _REMEDY = "write it with *SUBSTRUCTURE MATRIX OUTPUT, STIFFNESS=YES, OUTPUT FILE=USER DEFINED, for one substructure"
 _NODES = re.compile(r"\*\*.*ELEMENT NODES.*\n((?:\s*\*\*.*\n)*)", re.IGNORECASE)
@@ -48,22 +50,25 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     """
     base = file_path("job", job)
     base = base.with_suffix("") if base.suffix in (".inp", ".sti", ".mas", ".dof") else base
-    sti, dof, inp = (base.with_name(f"{base.name}.{ending}") for ending in ("sti", "dof", "inp"))
+    sti, mas, dof, inp = (base.with_name(f"{base.name}.{ending}") for ending in ("sti", "mas", "dof", "inp"))
     if base.parent.is_dir() and not sti.exists():
-        raise ModelError(
-            f"stiffness: there is no {str(sti)!r}; CalculiX writes it in a step of *FREQUENCY, SOLVER=MATRIXSTORAGE, for which each material needs "
-            "*DENSITY: see what it says when it runs"
-        ) from FileNotFoundError(sti)
+        how = "CalculiX writes it in a step of *FREQUENCY, SOLVER=MATRIXSTORAGE, for which each material needs *DENSITY"
+        raise ModelError(f"stiffness: there is no {str(sti)!r}; {how}") from FileNotFoundError(sti)
     labels = np.column_stack(numbers_in(dof, "labels", ".", 2))
-    mas = sti.with_suffix(".mas")
     K, M = _matrix("stiffness", sti, dof, len(labels)), _matrix("mass", mas, dof, len(labels)) if mas.exists() else None
     path = inp if deck is None else file_path("deck", deck)
     if deck is None and not path.exists():
         return MatrixJob(K, labels, M=M)
-    written = read_deck(path)
+    written, keywords = read_deck(path), [(keyword, options) for keyword, options, _ in blocks(path)]
+    if any(keyword == "CONTACTPAIR" for keyword, _ in keywords) and any("PERTURBATION" in options for _, options in keywords):  # seen in 2.20
+        raise ModelError(f"deck {path.name}: *STEP, PERTURBATION puts the springs of each *CONTACT PAIR into the matrix; take *CONTACT PAIR out")
     labels, felt = with_rotations(K, labels, written)
-    _check_plane(labels, written)
-    _check_no_springs(path)
+    thick = sorted({kind for kind, _, _ in written.elements if kind.startswith(("CPS", "CPE"))})
+    if thick and (labels[:, 1] == 3).any():
+        raise ModelError(
+            f"deck: elements {', '.join(thick)} have displacements along z in CalculiX's matrix; for plane stress write CPE elements with "
+            "E (1 + 2 nu) / (1 + nu)^2 for E and nu / (1 + nu) for nu, and leave out trusses, beams and shells"
+        )
     K, M = (None if part is None else csr_matrix(part[felt][:, felt]) / written.thickness for part in (K, M))
     return MatrixJob(K, labels[felt], written, M=M)
 
@@ -71,41 +76,16 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
 def _matrix(what: str, path: Path, dof: Path, n: int) -> csr_matrix:
     """A matrix of n rows, of which the file has one triangle."""
     row, column, value = numbers_in(path, what, r"\s+", 3)
-    if min(row.min(), column.min()) < 1 or max(row.max(), column.max()) != n:
-        raise ModelError(
-            f"{what}: {path.name} has rows {min(row.min(), column.min()):g} to {max(row.max(), column.max()):g}, {dof.name} has {n} labels; "
-            "give both files of the same job"
-        )
+    first, last = min(row.min(), column.min()), max(row.max(), column.max())
+    if first < 1 or last != n:
+        raise ModelError(f"{what}: {path.name} has rows {first:g} to {last:g}, {dof.name} has {n} labels; give both files of the same job")
     return symmetric(what, row - 1, column - 1, value.astype(np.float64), n)
-
-
-def _check_no_springs(path: Path) -> None:
-    """Check that CalculiX (2.20 was seen) has put no springs of contacts into the matrix, which join the bodies."""
-    found = list(blocks(path))
-    if any(keyword == "CONTACTPAIR" for keyword, _, _ in found) and any(keyword == "STEP" and "PERTURBATION" in given for keyword, given, _ in found):
-        raise ModelError(f"deck {path.name}: *STEP, PERTURBATION puts the springs of each *CONTACT PAIR into the matrix; take *CONTACT PAIR out")
-
-
-def _check_plane(labels: Integers, deck: Deck) -> None:
-    """Check that plane elements have displacements in their plane alone."""
-    thick = sorted({kind for kind, _, _ in deck.elements if kind.startswith(("CPS", "CPE"))})
-    if thick and (labels[:, 1] == 3).any():
-        raise ModelError(
-            f"deck: elements {', '.join(thick)} have displacements along z in CalculiX's matrix, which no plane contact has; for plane stress write "
-            "CPE elements with E (1 + 2 nu) / (1 + nu)^2 in place of E and nu / (1 + nu) in place of nu, which is the same in the plane; leave out "
-            "trusses, beams and shells"
-        )
 
 
 def with_rotations(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[Integers, Booleans]:
     """(n, 2) labels in which rotations of rigid parts are directions 4 to 6 of the reference, and (n,) which rows something resists.
 
     Incompatible modes of an element, C3D8I, are displacements of three nodes that are not in the deck; labels have these with a minus.
-
-    Raises
-    ------
-    ModelError
-        Rotations of several parts without a node of their own, nodes that do not determine the rotation.
     """
     constraints, labels, felt = deck.constraints, labels.copy(), np.ones(len(labels), dtype=bool)
     unnamed = sum(rotation is None for _, rotation in constraints.rigid)
@@ -121,9 +101,8 @@ def with_rotations(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[Integer
         felt[rows] = abs(K[rows]).max(axis=1).toarray().ravel() > 0  # CalculiX writes rotations too that the part does not feel
         moved = constraints.part(reference)[1][:, labels[rows[felt[rows]], 1] - 1]
         if np.linalg.matrix_rank(moved, SAME_POINT * np.abs(moved).max(initial=0.0)) < moved.shape[1]:
-            raise ModelError(
-                f"deck: the nodes that follow REF NODE {deck.numbers[reference]} do not determine its rotation; hold it, or give nodes off a line"
-            )
+            node = deck.numbers[reference]
+            raise ModelError(f"deck: the nodes that follow REF NODE {node} do not determine its rotation; hold it, or give nodes off a line")
     if any(kind.startswith("C3D8I") for kind, _, _ in deck.elements):
         labels[np.isin(labels[:, 0], made), 0] *= -1
     return labels, felt
@@ -181,11 +160,6 @@ def stiffness_of_element(text: str, path: Path) -> tuple[csr_matrix, Integers]:
 
     The nodes stand in comments after "ELEMENT NODES". The first data line has the directions of the first node and those that follow; each further
     one the place of a node in that list from which on other directions hold, and these. The matrix has its lower triangle row by row.
-
-    Raises
-    ------
-    ModelError
-        No such element or several, lines that are no numbers, a matrix of another size than the nodes, not symmetric.
     """
     found, listed = list(blocks(path)), _NODES.search(text)
     elements = [lines for keyword, _, lines in found if keyword == "USERELEMENT"]
@@ -211,3 +185,41 @@ def stiffness_of_element(text: str, path: Path) -> tuple[csr_matrix, Integers]:
     own = np.sqrt(np.abs(np.diag(K)))
     K[np.abs(K) <= ROUNDING * np.outer(own, own)] = 0.0  # rounding of the elimination joins no bodies
     return csr_matrix(K + np.tril(K, -1).T), labels
+
+
+def numbers_in(path: Path, what: str, separator: str, columns: int) -> Any:
+    """The columns of a text file without header, as a list of `columns` arrays; lines that begin with * are comments."""
+    import pandas as pd  # here, for reading is all that it serves
+
+    text = text_of(path, what)
+    try:
+        table = pd.read_csv(StringIO(text), sep=separator, header=None, comment="*", skipinitialspace=True)
+        found = table.shape[1]
+        if found == columns and all(kind.kind in "iuf" for kind in table.dtypes) and not table.isna().any(axis=None):
+            return [table[i].to_numpy() for i in range(columns)]
+        problem = f"rows of {found} columns" if found != columns else "entries that are no numbers"
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, ValueError) as error:
+        problem = str(error).strip()
+    raise ModelError(f"{what}: {str(path)!r} does not hold rows of {columns} numbers ({problem}); {_remedy(text, columns)}")
+
+
+def _remedy(text: str, columns: int) -> str:
+    first = next((line for line in text.splitlines() if line.strip() and not line.startswith("*")), "")
+    if columns == 5 and len(first.replace(",", " ").split()) == 3:
+        return "rows of 3 are Abaqus's FORMAT=COORDINATE, which does not say which nodes they belong to: write it with FORMAT=MATRIX INPUT"
+    if "nan" in text:
+        return "the code itself wrote nan, as CalculiX does for *MPC: write such a constraint as *EQUATION"
+    return "give the file as the code wrote it"
+
+
+def symmetric(what: str, row: Integers, column: Integers, value: Array, size: int) -> csr_matrix:
+    """(size, size) matrix from its entries: those of one triangle, which the other one mirrors, or all of them."""
+    if not np.isfinite(value).all():
+        raise ModelError(f"{what}: entry {int(np.argmin(np.isfinite(value))) + 1} is not finite; let the code write the matrix again")
+    if np.any(row < column) != np.any(row > column):
+        off = row != column
+        row, column, value = np.r_[row, column[off]], np.r_[column, row[off]], np.r_[value, value[off]]
+    K = csr_matrix((value, (row, column)), shape=(size, size))
+    if K.nnz != len(value):
+        raise ModelError(f"{what}: entries are given twice; let the code write the matrix again")
+    return K

@@ -13,53 +13,25 @@ from .text import Block, entries, fields, number
 
 Terms = list[tuple[int, int, float]]  # what follows, what leads, and the weight: 6 i + k is displacement k of node i, from 3 on its rotation
 
-CONSTRAINING = {"BOUNDARY", "EQUATION", "RIGIDBODY", "COUPLING", "KINEMATIC"} | {  # those below follow rules of the code that are not in the deck
-    "TIE", "MPC", "DISTRIBUTING", "DISTRIBUTINGCOUPLING", "KINEMATICCOUPLING", "CYCLICSYMMETRYMODEL", "PRE-TENSIONSECTION", "EMBEDDEDELEMENT"
-}  # fmt: skip
-_ABAQUS_NAMES = {"XSYMM": [0, 4, 5], "YSYMM": [1, 3, 5], "ZSYMM": [2, 3, 4], "XASYMM": [1, 2, 3], "YASYMM": [0, 2, 4], "ZASYMM": [0, 1, 5]}
-_ABAQUS_NAMES |= {"PINNED": [0, 1, 2], "ENCASTRE": [0, 1, 2, 3, 4, 5]}
+_HELD = {"XSYMM": [0, 4, 5], "YSYMM": [1, 3, 5], "ZSYMM": [2, 3, 4], "XASYMM": [1, 2, 3], "YASYMM": [0, 2, 4], "ZASYMM": [0, 1, 5]}
+_HELD |= {"PINNED": [0, 1, 2], "ENCASTRE": [0, 1, 2, 3, 4, 5]}
 
 
 @dataclass(frozen=True, eq=False)
 class Constraints:
     """Held displacements and rotations, and those that follow others; those of node i are the unknowns 6 i to 6 i + 5.
 
-    Parameters
-    ----------
-    held
-        (nodes, 6) whether `*BOUNDARY` holds an unknown.
-    ends, weights
-        (m, 2) unknowns, the first of which follows the second, and (m,) how much: those of `*EQUATION`, of `*RIGID BODY`, and of `*COUPLING` with
-        `*KINEMATIC`, in which `u_i = u_reference + rotation x (x_i - x_reference)`.
-    rigid
-        Rows of the reference of each rigid part and of the node whose displacements are its rotation; None where the code generates that one.
-    others
-        Keywords whose equations are not in the deck.
+    They are those of `*BOUNDARY`, `*EQUATION`, `*RIGID BODY`, and of `*COUPLING` with `*KINEMATIC`, where `u_i = u_ref + rotation x (x_i - x_ref)`.
     """
 
-    held: Booleans
-    ends: Integers = field(default_factory=lambda: np.zeros((0, 2), dtype=np.intp))
-    weights: Array = field(default_factory=lambda: np.zeros(0))
-    rigid: tuple[tuple[int, int | None], ...] = ()
-    others: tuple[str, ...] = ()
+    held: Booleans  # (nodes, 6)
+    ends: Integers = field(default_factory=lambda: np.zeros((0, 2), dtype=np.intp))  # (m, 2) unknowns, the first of which follows the second
+    weights: Array = field(default_factory=lambda: np.zeros(0))  # (m,) how much
+    rigid: tuple[tuple[int, int | None], ...] = ()  # rows of the reference of a rigid part, and of the node of its rotation: None, the code makes it
+    others: tuple[str, ...] = ()  # keywords whose equations are not in the deck
 
     def passed_on(self, forces: Array, present: Booleans, numbers: Integers) -> Array:
-        """(nodes, 6) the same forces, those on unknowns that follow others moved to these: `T^T f`.
-
-        Parameters
-        ----------
-        forces
-            (nodes, 6) nodal forces and moments.
-        present
-            (nodes, 6) whether an unknown is in the matrix.
-        numbers
-            (nodes,) numbers of the nodes.
-
-        Raises
-        ------
-        ModelError
-            A force on a displacement that is neither in the matrix nor held, and follows none that is.
-        """
+        """(nodes, 6) the same forces and moments, those on unknowns that follow others moved to these; `present` are those in the matrix."""
         wanting, moved = ~(present | self.held).ravel(), forces.ravel()
         own = wanting[self.ends[:, 0]]
         (row, column), follows = self.ends[own].T, np.zeros(forces.size, dtype=bool)
@@ -92,78 +64,57 @@ class Constraints:
         return replace(self, ends=np.concatenate([self.ends, ends]), weights=np.concatenate([self.weights, weights]))
 
 
-def constraints_of(found: Sequence[Block], row: Mapping[int, int], sets: Mapping[str, Integers], points: Array) -> Constraints:
-    """The constraints of a deck; a block that cannot be read is one of the `others`, for it may say nothing of the loads.
+@dataclass
+class _Joined:
+    """What the blocks that constrain nodes have given so far; an error in one leaves the others as they are."""
 
-    Parameters
-    ----------
-    found
-        Blocks of the keywords `CONSTRAINING`.
-    row
-        Number of a node -> its row.
-    sets
-        Node set or surface of nodes -> rows.
-    points
-        (nodes, 3) coordinates.
-    """
-    held = np.zeros((len(row), 6), dtype=bool)
-    terms: Terms = []
-    rigid: list[tuple[int, int | None, Integers, list[int]]] = []
-    others: list[str] = []
-    coupling: dict[str, str] = {}
+    row: Mapping[int, int]
+    sets: Mapping[str, Integers]
+    held: Booleans
+    terms: Terms = field(default_factory=list)
+    rigid: list[tuple[int, int | None, Integers, list[int]]] = field(default_factory=list)
+    surface: dict[str, str] = field(default_factory=dict)
 
-    def rows_of(field: str) -> Integers:
-        return np.array([row[int(field)]]) if field.isdecimal() else sets[field.upper()]
+    def _nodes(self, entry: str) -> Integers:
+        return np.array([self.row[int(entry)]]) if entry.isdecimal() else self.sets[entry.upper()]
 
-    for keyword, options, lines in found:
-        coupling = options if keyword == "COUPLING" else coupling
-        try:
-            if keyword == "BOUNDARY":
-                for line in lines:
-                    where, *rest = entries(line)
-                    axes = _ABAQUS_NAMES[rest[0].upper()] if rest and not rest[0].isdecimal() else _span(rest)
-                    held[rows_of(where)[:, None], axes] = True
-            elif keyword == "EQUATION" and not options:
-                terms += _equations(lines, rows_of)
-            elif keyword == "RIGIDBODY":
-                rotation = row[int(options["ROTNODE"])] if "ROTNODE" in options else None
-                rigid.append((row[int(options["REFNODE"])], rotation, sets[options["NSET"]], [0, 1, 2]))
-            elif keyword == "KINEMATIC":
-                axes = sorted({axis for line in lines for axis in _span(fields(line)) if axis < 3})
-                rigid.append((row[int(coupling["REFNODE"])], None, sets[coupling["SURFACE"]], axes))
-            elif keyword != "COUPLING":
-                others.append(f"*{keyword}")
-        except (KeyError, ValueError, IndexError, ZeroDivisionError) as error:
-            others.append(f"a block *{keyword} that cannot be read here: {error}")
-    determined = {end for end, *_ in terms}
-    for reference, rotation, nodes, axes in rigid:
-        if rotation is not None:
-            held[reference, 3:] |= held[rotation, :3]
-        terms += [term for term in _turning(reference, rotation, nodes, axes, points) if term[0] not in determined]
-    ends = np.array([term[:2] for term in terms], dtype=np.intp).reshape(-1, 2)
-    weights = np.array([weight for *_, weight in terms])
-    return Constraints(held, ends, weights, tuple(part[:2] for part in rigid), tuple(dict.fromkeys(others)))
+    def boundary(self, _: Mapping[str, str], lines: Sequence[str]) -> None:
+        for line in lines:
+            where, *rest = entries(line)
+            axes = _HELD[rest[0].upper()] if rest and not rest[0].isdecimal() else _span(rest)
+            self.held[self._nodes(where)[:, None], axes] = True
+
+    def equation(self, options: Mapping[str, str], lines: Sequence[str]) -> None:
+        """How many terms, then node, direction and coefficient of each; a set of nodes in the first term makes an equation for each."""
+        if options:
+            raise ValueError(", ".join(options))
+        found, entries = list[tuple[int, int, float]](), [entry for line in lines for entry in fields(line)]
+        while entries:
+            size = 1 + 3 * int(entries[0])
+            terms = [(self._nodes(entries[i]), int(entries[i + 1]) - 1, number(entries[i + 2])) for i in range(1, size, 3)]
+            if any(axis > 2 for _, axis, _ in terms) or any(len(nodes) != 1 for nodes, _, _ in terms[1:]):
+                raise ValueError("directions beyond 3, or a set of nodes that is not the first term")
+            (first, axis, weight), *rest = terms
+            leading = [(6 * int(nodes[0]) + a, -w / weight) for nodes, a, w in rest]
+            found += [(6 * int(node) + axis, *lead) for node in first for lead in leading or [(6 * int(node) + axis, 0.0)]]
+            entries = entries[size:]
+        self.terms += found
+
+    def rigid_body(self, options: Mapping[str, str], _: Sequence[str]) -> None:
+        rotation = self.row[int(options["ROTNODE"])] if "ROTNODE" in options else None
+        self.rigid.append((self.row[int(options["REFNODE"])], rotation, self.sets[options["NSET"]], [0, 1, 2]))
+
+    def coupling(self, options: Mapping[str, str], _: Sequence[str]) -> None:
+        self.surface = dict(options)
+
+    def kinematic(self, _: Mapping[str, str], lines: Sequence[str]) -> None:
+        axes = sorted({axis for line in lines for axis in _span(fields(line)) if axis < 3})
+        self.rigid.append((self.row[int(self.surface["REFNODE"])], None, self.sets[self.surface["SURFACE"]], axes))
 
 
 def _span(ends: Sequence[str]) -> list[int]:
     """Axes from the first to the last direction; temperatures and the like are none."""
     return [direction - 1 for direction in range(int(ends[0]), int(ends[1] if len(ends) > 1 and ends[1] else ends[0]) + 1) if direction <= 6]
-
-
-def _equations(lines: Sequence[str], rows_of: Callable[[str], Integers]) -> Terms:
-    """Terms of equations: how many, then node, direction and coefficient of each; a set of nodes in the first term makes an equation for each."""
-    found: Terms = []
-    entries = [field for line in lines for field in fields(line)]
-    while entries:
-        size = 1 + 3 * int(entries[0])
-        terms = [(rows_of(entries[i]), int(entries[i + 1]) - 1, number(entries[i + 2])) for i in range(1, size, 3)]
-        if any(axis > 2 or (len(nodes) != 1 and i) for i, (nodes, axis, _) in enumerate(terms)):
-            raise ValueError("directions beyond 3, or a set of nodes that is not the first term")
-        (first, axis, weight), *rest = terms
-        leading = [(6 * int(nodes[0]) + a, -w / weight) for nodes, a, w in rest]
-        found += [(6 * int(node) + axis, *lead) for node in first for lead in leading or [(6 * int(node) + axis, 0.0)]]
-        entries = entries[size:]
-    return found
 
 
 def _turning(reference: int, rotation: int | None, nodes: Integers, axes: Sequence[int], points: Array) -> Terms:
@@ -177,16 +128,44 @@ def _turning(reference: int, rotation: int | None, nodes: Integers, axes: Sequen
     return found
 
 
+def constraints_of(found: Sequence[Block], row: Mapping[int, int], sets: Mapping[str, Integers], points: Array) -> Constraints:
+    """The constraints of a deck; a block that cannot be read is one of the `others`, for it may say nothing of the loads."""
+    read, others = _Joined(row, sets, np.zeros((len(row), 6), dtype=bool)), list[str]()
+    for keyword, options, lines in found:
+        reader = CONSTRAINING[keyword]
+        try:
+            others += [f"*{keyword}"] if reader is None else reader(read, options, lines) or []
+        except (KeyError, ValueError, IndexError, ZeroDivisionError) as error:
+            others.append(f"a block *{keyword} that cannot be read here: {error}")
+    determined = {end for end, *_ in read.terms}
+    for reference, rotation, nodes, axes in read.rigid:
+        if rotation is not None:
+            read.held[reference, 3:] |= read.held[rotation, :3]
+        read.terms += [term for term in _turning(reference, rotation, nodes, axes, points) if term[0] not in determined]
+    ends = np.array([term[:2] for term in read.terms], dtype=np.intp).reshape(-1, 2)
+    weights = np.array([weight for *_, weight in read.terms])
+    return Constraints(read.held, ends, weights, tuple(part[:2] for part in read.rigid), tuple(dict.fromkeys(others)))
+
+
+CONSTRAINING: dict[str, Callable[[_Joined, Mapping[str, str], Sequence[str]], None] | None] = {
+    "BOUNDARY": _Joined.boundary,
+    "EQUATION": _Joined.equation,
+    "RIGIDBODY": _Joined.rigid_body,
+    "COUPLING": _Joined.coupling,
+    "KINEMATIC": _Joined.kinematic,
+    # rules of the code that are not in the deck
+    **dict.fromkeys(("TIE", "MPC", "DISTRIBUTING", "DISTRIBUTINGCOUPLING", "KINEMATICCOUPLING"), None),
+    **dict.fromkeys(("CYCLICSYMMETRYMODEL", "PRE-TENSIONSECTION", "EMBEDDEDELEMENT"), None),
+}
+
+
 def checked_labels(values: ArrayLike) -> Integers:
     """Check that labels are distinct pairs of whole numbers, some of them displacements, and return them read-only."""
     labels = whole_array("labels", values, (None, 2), least=-(10**12), most=10**12)
     if not displaced(labels).any():
         raise ModelError("labels: none is that of a displacement, a node and direction 1, 2 or 3; without any there is no contact")
-    if len(np.unique(labels, axis=0)) != len(labels):
-        raise ModelError(
-            f"labels: {len(labels) - len(np.unique(labels, axis=0))} labels are given twice; let the code write the matrix again, of solids alone: "
-            "CalculiX gives nodes of shells, beams and trusses several rows"
-        )
+    if twice := len(labels) - len(np.unique(labels, axis=0)):
+        raise ModelError(f"labels: {twice} labels are given twice; write the matrix of solids alone: shells, beams and trusses have several rows")
     return whole(labels)
 
 
@@ -196,17 +175,9 @@ def displaced(labels: Integers) -> Booleans:
 
 
 def rows_of_nodes(labels: Integers, numbers: Integers, constraints: Constraints) -> Integers:
-    """(nodes, 6) row of each node's displacements and rotations, -1 where the deck holds them, -2 where there is none else.
-
-    Raises
-    ------
-    ModelError
-        Displacements of nodes that are not in the deck.
-    """
+    """(nodes, 6) row of each node's displacements and rotations, -1 where the deck holds them, -2 where there is none else."""
     if len(lost := np.setdiff1d(labels[displaced(labels), 0], numbers)):
-        raise ModelError(
-            f"deck: node {lost[0]} of the matrix is not in it; give the deck of the same job, of solids alone: codes make nodes for shells and beams"
-        )
+        raise ModelError(f"deck: node {lost[0]} of the matrix is not in it; give the deck of the same job, of solids alone, not shells or beams")
     rows = np.flatnonzero(np.isin(labels[:, 0], numbers) & (labels[:, 1] >= 1) & (labels[:, 1] <= 6))
     order = np.argsort(numbers)
     node = order[np.searchsorted(numbers, labels[rows, 0], sorter=order)]

@@ -9,8 +9,7 @@ from scipy.spatial import cKDTree
 
 from ...contact import Array, Integers, finite_array, finite_number, frozen, real_array, shown
 from ...errors import ModelError
-from ..elasticity import boundary_forces
-from ..elements import facet_nodes, midside_ties
+from ..elasticity import boundary_forces, facet_nodes, midside_ties
 from ..faces import facets_around, lines_along, node_normals
 from .constraints import rows_of_nodes
 from .labelled import LabelledMatrix
@@ -131,15 +130,9 @@ class MatrixJob(LabelledMatrix):
         rows = np.intersect1d(origin[facet_nodes(whole, between(self.mesh, corners))].indices, deck.midsides)
         free, gone = rows[(unknowns[rows] >= 0).any(axis=1)], rows[(unknowns[rows] < -1).any(axis=1)]
         if len(lost := np.setdiff1d(gone, deck.constraints.ends[:, 0] // 6)):
-            raise ModelError(
-                f"faces: node {int(deck.numbers[lost[0]])} is amid an edge of a contact face and has no row in the matrix; retain such nodes when "
-                "you reduce a model, then go on with job.with_linear_faces()"
-            )
+            raise ModelError(f"faces: node {deck.numbers[lost[0]]}, amid an edge of a contact face, has no row in the matrix; retain such nodes")
         if len(free):
-            raise ModelError(
-                f"faces: node {int(deck.numbers[free[0]])} is amid an edge of a contact face and moves on its own; a contact has corner nodes "
-                "alone: go on with job.with_linear_faces(), or name the faces of all contacts in it"
-            )
+            raise ModelError(f"faces: node {deck.numbers[free[0]]}, amid an edge of a contact face, moves on its own; use job.with_linear_faces()")
 
     def _corners(self, where: str | ArrayLike) -> Integers:
         return np.setdiff1d(self.nodes(where), self._known.midsides, assume_unique=True)

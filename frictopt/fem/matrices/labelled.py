@@ -17,9 +17,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
-from ...contact import Array, Integers, Shown, finite_array, finite_number, frozen, place, shown, whole, whole_array
+from ...contact import Array, Integers, Shown, finite_array, finite_number, first_of, frozen, place, shown, whole, whole_array
 from ...errors import ModelError
-from ..elements import facet_nodes, parts_of, places_among
+from ..elasticity import facet_nodes, parts_of, places_among
 from ..faces import lines_along
 from ..given import checked_stiffness, same_point
 from ..rigid import node_graph
@@ -95,10 +95,8 @@ def printed_modes(path: Path, labels: Integers, deck: Deck | None) -> tuple[Arra
     table = head.partition("E I G E N V A L U E   O U T P U T")[2].partition("P A R T I C I P A T I O N")[0]
     frequencies = [float(value) for value in _FREQUENCY.findall(table)]
     if not frequencies or len(frequencies) != len(modes):
-        raise ModelError(
-            f"modes: {str(path)!r} has {len(frequencies)} frequencies and {len(modes)} modes; give the .dat of a step of *FREQUENCY with "
-            "*NODE PRINT, NSET=.. of U"
-        )
+        counts = f"{len(frequencies)} frequencies and {len(modes)} modes"
+        raise ModelError(f"modes: {str(path)!r} has {counts}; give the .dat of a step of *FREQUENCY with *NODE PRINT, NSET=.. of U")
     return frozen(frequencies), frozen([_shape(mode, labels, path, deck) for mode in modes])
 
 
@@ -130,22 +128,20 @@ class LabelledMatrix(Shown):
     M: csr_matrix | None = None
 
     def __post_init__(self) -> None:
-        labels = checked_labels(self.labels)
-        if isinstance(self.deck, Mapping):
-            object.__setattr__(self, "deck", deck_of_points(self.deck))
-        if self.deck is not None and not isinstance(self.deck, Deck):
+        labels, deck = checked_labels(self.labels), deck_of_points(self.deck) if isinstance(self.deck, Mapping) else self.deck
+        if deck is not None and not isinstance(deck, Deck):
             raise ModelError(f"deck: {shown(self.deck)}; give the deck of another job, a mapping number of a node -> its coordinates, or None")
-        object.__setattr__(self, "labels", labels)
+        vars(self).update(labels=labels, deck=deck)
         for name in ("K",) if self.M is None else ("K", "M"):
             matrix = checked_stiffness(getattr(self, name), name)
             if matrix.shape[0] != len(labels):
                 raise ModelError(f"{name}: {shown(matrix)}; give a real sparse matrix of the size of the labels, {len(labels)}")
-            object.__setattr__(self, name, csr_matrix((matrix + matrix.T) / 2))
+            vars(self)[name] = csr_matrix((matrix + matrix.T) / 2)
 
     def _answer(self) -> Mapping[str, object]:
-        others = {"generalised": len(self.generalised)} if len(self.generalised) else {}
+        found = {"unknowns": len(self.labels), "directions": self._directions, "generalised": len(self.generalised)}
         sets = None if self.deck is None else sorted({*self._known.sets, *self._known.surfaces})
-        return {"unknowns": len(self.labels), "directions": self._directions, **others, "sets": sets}
+        return {name: count for name, count in found.items() if count} | {"sets": sets}
 
     @property
     def _directions(self) -> int:
@@ -252,19 +248,7 @@ class LabelledMatrix(Shown):
 def _matching(points: Array, body: Integers, mesh: Mesh | None) -> list[Integers]:
     """(N, 2) pairs of each connected face at which two bodies have their nodes, and the facets between them, in the same places.
 
-    Parameters
-    ----------
-    points
-        (nodes, d) coordinates.
-    body
-        (nodes,) number of the body that each node belongs to, -1 for none.
-    mesh
-        Its facets; None: nodes alone tell, and what two bodies share is one face.
-
-    Raises
-    ------
-    ModelError
-        A node that lies on several nodes of one other body.
+    `body` (nodes,) is the number of the body of each node, -1 for none. Without a mesh nodes alone tell, and what two bodies share is one face.
     """
     i, j = cKDTree(points).query_pairs(same_point(points), output_type="ndarray").T
     i, j = np.where(body[i] < body[j], (i, j), (j, i))
@@ -273,17 +257,18 @@ def _matching(points: Array, body: Integers, mesh: Mesh | None) -> list[Integers
         own = (body[i] == a) & (body[j] == b)
         one, two = i[own], j[own]
         for nodes in (one, two):
-            if len(nodes) and (times := np.bincount(nodes)).max() > 1:
-                raise ModelError(f"matching_faces: the node at {place(points[times.argmax()])} lies on several of one other body; merge these nodes")
+            if (k := first_of(np.bincount(nodes) > 1)) is not None:
+                raise ModelError(f"matching_faces: the node at {place(points[k])} lies on several of one other body; merge these nodes")
         image = np.full(len(points), -1)
         image[two] = one
-        faces = [np.sort(two)] if mesh is None and len(two) else [] if mesh is None else _faces(mesh, image)
-        found += [np.column_stack([image[nodes], nodes]) for nodes in faces]
+        found += [np.column_stack([image[nodes], nodes]) for nodes in _faces(mesh, image)]
     return found
 
 
-def _faces(mesh: Mesh, image: Integers) -> list[Integers]:
+def _faces(mesh: Mesh | None, image: Integers) -> list[Integers]:
     """Nodes of each connected face of facets of the outline whose images, where they are no less than 0, are facets of the outline too."""
+    if mesh is None:
+        return [np.flatnonzero(image >= 0)] if (image >= 0).any() else []
     outline = mesh.boundary_facets()
     nodes = mesh.facets[:, outline]
     here = (image[nodes] >= 0).all(axis=0)

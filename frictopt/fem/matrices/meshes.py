@@ -1,6 +1,6 @@
 """Meshes of files and decks, through meshio and scikit-fem."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from contextlib import redirect_stdout
 from dataclasses import replace
 from importlib import import_module
@@ -14,10 +14,10 @@ from skfem import Mesh
 
 from ...contact import SAME_POINT, Array, Integers, place, shown
 from ...errors import ModelError
-from ..elements import QUADRATIC, completion, places_among
+from ..elasticity import QUADRATIC, completion, places_among
 from .constraints import Constraints
 from .deck import Deck, read_deck
-from .kinds import PLANE, SOLID
+from .text import PLANE, SOLID
 
 _CORNERS = {  # of the faces S1, S2, ... of an element in decks
     "triangle": ((0, 1), (1, 2), (2, 0)),
@@ -71,37 +71,22 @@ def read_mesh(path: str | Path) -> Mesh:
 
 
 def mesh_of(deck: Deck, directions: int) -> Mesh:
-    """scikit-fem mesh of a deck, through the corners of its elements and with its nodes in the order of the deck.
-
-    Raises
-    ------
-    ModelError
-        Elements of several shapes or of one that is not supported, a mesh in space where a plane one is wanted, or the reverse.
-    """
+    """scikit-fem mesh of a deck, through the corners of its elements and with its nodes in the order of the deck."""
     shape, _, nodes = deck.shaped()
     if (shape in PLANE) != (directions == 2):
         raise ModelError(f"deck: elements of shape {shape}, but {directions} directions of displacement; give plane elements for 2, solids for 3")
     z = np.ptp(deck.points[:, 2])
     if directions == 2 and z > SAME_POINT * np.ptp(deck.points):
-        raise ModelError(
-            f"deck: z varies by {z:g}, and there are no solids; give a mesh in the plane z = 0, or put the volumes of the bodies into groups (gmsh: "
-            "physical groups; it saves only what is in one)"
-        )
+        raise ModelError(f"deck: z varies by {z:g}, and there are no solids; give a mesh in z = 0, or in gmsh physical groups of the volumes")
     linear = shape.rstrip("0123456789")
-    whole = meshio_library().Mesh(deck.points, [(linear, nodes[:, : (PLANE | SOLID)[linear]])])
+    whole = library().Mesh(deck.points, [(linear, nodes[:, : (PLANE | SOLID)[linear]])])
     from skfem.io.meshio import from_meshio  # here, for it imports meshio
 
     return from_meshio(whole, force_meshio_type=linear)
 
 
 def between(mesh: Mesh, nodes: Integers, numbers: Integers | None = None) -> Integers:
-    """Facets of the outline all corners of which are among some nodes; with the numbers of all nodes, each of these is a corner of one.
-
-    Raises
-    ------
-    ModelError
-        There is none, or a node is no corner of one.
-    """
+    """Facets of the outline all corners of which are among some nodes; with the numbers of all nodes, each of these is a corner of one."""
     facets = mesh.boundary_facets()
     inside = facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)]
     if not len(inside):
@@ -114,17 +99,7 @@ def between(mesh: Mesh, nodes: Integers, numbers: Integers | None = None) -> Int
 def with_midsides(mesh: Mesh, elements: Integers, points: Array) -> tuple[Mesh, csr_matrix]:
     """The mesh of quadratic elements through whose corners a linear one goes, and the (its nodes, points) matrix of its nodes by the given ones.
 
-    Parameters
-    ----------
-    mesh
-        Linear mesh; corners keep its numbers.
-    elements, points
-        (m, k) nodes of its elements as rows of the (n, 2 or 3) points, in the order of meshio; linear ones are left as they are.
-
-    Raises
-    ------
-    ModelError
-        Elements with an edge in common that have different nodes amid it.
+    `elements` (m, k) are the nodes of its elements as rows of the points, in the order of meshio; linear ones are left as they are.
     """
     from skfem.io.meshio import INV_HEX_MAPPING  # here, for it imports meshio
 
@@ -166,26 +141,22 @@ def named(mesh: Mesh, deck: Deck, what: str) -> Mesh:
         if odd := [face for _, face in parts if face > len(corners)]:
             raise ModelError(f"mesh {what}: surface {name}: face S{odd[0]} of elements with {len(corners)} faces; repair the deck")
         faces[name] = [elements[np.isin(numbers, own)][:, corners[face - 1]] for own, face in parts]
-    named = _faces(mesh, {name: own for name, own in faces.items() if sum(map(len, own))}, what)
-    return mesh.with_boundaries({name: own for name, own in outlines.items() if len(own)} | named).with_subdomains(subdomains)
-
-
-def _faces(mesh: Mesh, faces: Mapping[str, Sequence[Integers]], what: str) -> dict[str, Integers]:
-    """Facets of a mesh by their nodes, (m, k) in each of some blocks; each is a facet of an element."""
-    found, k = {}, len(mesh.facets)
+    found, k = {name: own for name, own in outlines.items() if len(own)}, len(mesh.facets)
     for name, blocks in faces.items():
         nodes = np.concatenate([np.zeros((0, k), dtype=int), *(own[:, :k] for own in blocks if own.shape[1] >= k)])
         places = places_among(nodes, mesh.facets.T)
-        found[name] = np.unique(places)
-        if (lost := np.count_nonzero(places < 0)) or not len(nodes):
+        lost = np.count_nonzero(places < 0)
+        if lost or len(nodes) < any(map(len, blocks)):
             raise ModelError(f"mesh {what}: boundary {name!r}: {lost} of its {len(nodes)} faces belong to no element; {_GROUPS}")
-    return found
+        if len(nodes):
+            found[name] = np.unique(places)
+    return mesh.with_boundaries(found).with_subdomains(subdomains)
 
 
 def _deck_of(file: Path) -> Deck:
     """What meshio reads, its elements numbered one block after the other; groups of gmsh without a name are called by their number."""
     with redirect_stdout(StringIO()):  # meshio prints why each format that it tries first does not fit
-        found = by_library("meshio", meshio_library().read, file, "mesh")
+        found = by_library("meshio", library().read, file, "mesh")
     first = np.cumsum([0, *(len(block.data) for block in found.cells)])
     sets = {name: [np.zeros(0, dtype=np.intp)] for name in found.field_data}
     names = {(int(number), int(dim)): name for name, (number, dim) in found.field_data.items()}
@@ -205,12 +176,7 @@ def _deck_of(file: Path) -> Deck:
     return Deck(np.arange(len(points)), points, {}, elements, groups, (), Constraints(np.zeros((len(points), 6), dtype=bool)))
 
 
-def meshio_library() -> Any:
-    """The library meshio."""
-    return library("meshio", "meshio", "mesh")
-
-
-def library(module: str, name: str, extra: str) -> Any:
+def library(module: str = "meshio", name: str = "meshio", extra: str = "mesh") -> Any:
     """A module of a library, which is installed by its name or by an extra of ours."""
     try:
         return import_module(module)
@@ -219,13 +185,7 @@ def library(module: str, name: str, extra: str) -> Any:
 
 
 def by_library(name: str, read: Callable[[str], Any], file: Path, what: str) -> Any:
-    """What a library reads from a file.
-
-    Raises
-    ------
-    ModelError
-        The file is missing, or the library cannot read it.
-    """
+    """What a library reads from a file."""
     if not file.is_file():
         raise ModelError(f"{what}: there is no file {str(file)!r}; give its path")
     try:

@@ -1,21 +1,46 @@
-"""Text files of other codes: the blocks of a deck, rows of numbers, and the symmetric matrix that they make."""
+"""Text files of other codes: the blocks of a deck, and the types of elements as CalculiX and Abaqus, or meshio, call them."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from io import StringIO
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
-import numpy as np
-from scipy.sparse import csr_matrix
-
-from ...contact import Array, Integers
 from ...errors import ModelError
-from .kinds import node_count
 
 Block: TypeAlias = tuple[str, dict[str, str], list[str]]  # keyword and names of parameters without blanks, data lines
 FLAT = "write a flat deck, all where it is (Abaqus/CAE: Model, Edit Attributes, do not use parts and assemblies in input files)"
-_MAKING = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"}  # nodes and elements that the deck does not list
+
+_PLANES = ("CPE", "CPS", "CAX")
+PLANES = (*_PLANES, "triangle", "quad")  # beside solids they only name faces: gmsh writes named surfaces as CPS
+_FLAT = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"}  # shapes as meshio names them, by number of nodes
+SHAPES = {"C3D4": "tetra", "C3D8": "hexahedron", "C3D10": "tetra10", "C3D20": "hexahedron20"}
+SHAPES |= {f"{kind}{n}": shape for kind in _PLANES for n, shape in _FLAT.items()}
+PLANE = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}  # shapes, as meshio names them, and their corners, which come first
+SOLID = {"tetra": 4, "tetra10": 4, "hexahedron": 8, "hexahedron20": 8, "hexahedron27": 8}
+SOLIDS = ("C3D", "tetra", "hexahedron")
+LINES = ("T2D2", "T3D2", "T2D3", "T3D3", "line")  # gmsh writes named curves so; the ends come first and last
+FACELESS = (*LINES, "vertex", "SPRING", "MASS", "ROTARYI", "DASHPOT", "DCOUP", "GAP", "CONN")  # they carry no traction
+_KNOWN = re.compile(r"(C3D|CPE|CPS|CAX|T2D|T3D)(\d+)")
+
+
+def shape_of(kind: str) -> str | None:
+    """The shape of a type of elements with faces; None if it is none of `SHAPES`."""
+    match = _KNOWN.match(kind)
+    return SHAPES.get(match.group()) if match else kind if kind in PLANE | SOLID else None
+
+
+def node_count(kind: str) -> int | None:
+    """How many nodes an element of a type has; None if it is neither solid nor truss."""
+    match = _KNOWN.match(kind)
+    return int(match[2]) if match else None
+
+
+def text_of(path: Path, what: str) -> str:
+    """Text of a file, without a byte-order mark."""
+    try:
+        return path.read_text(encoding="utf-8-sig", errors="replace")
+    except (OSError, ValueError) as error:
+        raise ModelError(f"{what}: {str(path)!r} cannot be read ({error}); give the path of a file") from error
 
 
 def blocks(path: Path) -> Iterator[Block]:
@@ -29,24 +54,6 @@ def blocks(path: Path) -> Iterator[Block]:
         keyword, *rest = (part.strip() for part in head.split(","))
         pairs = [(_joined(name), value.strip().strip('"')) for name, _, value in (part.partition("=") for part in rest if part)]
         yield _joined(keyword), {name: value.upper() for name, value in pairs}, lines[first:end]
-
-
-def check_listed(path: Path, keyword: str, options: Mapping[str, str], lines: Sequence[str]) -> None:
-    """Check that a block gives nodes and displacements in the global directions, and all that it makes in the deck itself.
-
-    Raises
-    ------
-    ModelError
-        It does not.
-    """
-    start = f"deck {path.name}: the block *{keyword} {parameters(options)}".rstrip()
-    if (keyword in ("SYSTEM", "TRANSFORM") and lines) or (keyword == "NODE" and options.get("SYSTEM", "R") != "R"):
-        raise ModelError(
-            f"{start} gives nodes or displacements in directions of their own; write coordinates, and the matrix, in the global directions"
-        )
-    moved = keyword == "INSTANCE" and re.search("[1-9]", "".join(lines))
-    if moved or keyword in _MAKING or (keyword in ("NODE", "ELEMENT") and "INPUT" in options):
-        raise ModelError(f"{start} makes or moves nodes or elements that are not listed; {FLAT}")
 
 
 def _lines(path: Path, depth: int = 0) -> Iterator[str]:
@@ -72,20 +79,6 @@ def _joined(words: str) -> str:
     return "".join(words.split()).upper()
 
 
-def text_of(path: Path, what: str) -> str:
-    """Text of a file, without a byte-order mark.
-
-    Raises
-    ------
-    ModelError
-        It cannot be read.
-    """
-    try:
-        return path.read_text(encoding="utf-8-sig", errors="replace")
-    except (OSError, ValueError) as error:
-        raise ModelError(f"{what}: {str(path)!r} cannot be read ({error}); give the path of a file") from error
-
-
 def entries(line: str) -> list[str]:
     """The entries of a data line, empty ones too."""
     return [entry.strip().strip('"') for entry in line.split(",")]
@@ -96,91 +89,6 @@ def fields(line: str) -> list[str]:
     return [entry for entry in entries(line) if entry]
 
 
-def number(field: str) -> float:
+def number(entry: str) -> float:
     """The value of an entry, with an exponent of E or D."""
-    return float(field.upper().replace("D", "E"))
-
-
-def parameters(options: Mapping[str, str]) -> str:
-    """Parameters as a deck has them."""
-    return ", ".join(f"{name}={value}" if value else name for name, value in options.items())
-
-
-def thickness(lines: list[str]) -> float:
-    """The first entry of a section, which plane elements take as their thickness."""
-    try:
-        return number((fields(lines[0]) or ["1"])[0]) if lines else 1.0
-    except ValueError:
-        return np.nan
-
-
-def members_of(lines: list[str], generate: bool) -> list[list[str]]:
-    """Members of a set, numbers or names of other sets."""
-    if not generate:
-        return [[field] for line in lines for field in fields(line)]
-    ranges = [range(first, last + 1, *step) for first, last, *step in ([int(field) for field in fields(line)] for line in lines)]
-    if odd := [f"{numbers.start} to {numbers.stop - 1} by {numbers.step}" for numbers in ranges if not numbers or numbers.step < 0]:
-        raise ValueError(f"it goes from {odd[0]}, which is not upwards")
-    return [[str(n)] for numbers in ranges for n in numbers]
-
-
-def elements_of(kind: str, lines: list[str]) -> list[list[str]]:
-    """Number and nodes of each element; the number alone of one that is neither solid nor truss."""
-    count = node_count(kind)
-    if count is None:
-        return [fields(line)[:1] for line in lines]
-    flat = [field for line in lines for field in fields(line)]
-    size = 1 + count
-    if len(flat) % size:
-        raise ValueError(f"{len(flat)} numbers, {size} an element")
-    return [flat[i : i + size] for i in range(0, len(flat), size)]
-
-
-def numbers_in(path: Path, what: str, separator: str, columns: int) -> Any:
-    """The columns of a text file without header, as a list of `columns` arrays; lines that begin with * are comments.
-
-    Raises
-    ------
-    ModelError
-        The file is missing or empty, or its rows are not `columns` numbers.
-    """
-    import pandas as pd  # here, for reading is all that it serves
-
-    text = text_of(path, what)
-    try:
-        table = pd.read_csv(StringIO(text), sep=separator, header=None, comment="*", skipinitialspace=True)
-        found = table.shape[1]
-        if found == columns and all(kind.kind in "iuf" for kind in table.dtypes) and not table.isna().any(axis=None):
-            return [table[i].to_numpy() for i in range(columns)]
-        problem = f"rows of {found} columns" if found != columns else "entries that are no numbers"
-    except (pd.errors.ParserError, pd.errors.EmptyDataError, ValueError) as error:
-        problem = str(error).strip()
-    raise ModelError(f"{what}: {str(path)!r} does not hold rows of {columns} numbers ({problem}); {_remedy(text, columns)}")
-
-
-def _remedy(text: str, columns: int) -> str:
-    lines = [line for line in text.splitlines()[:100] if line.strip() and not line.startswith("*")]
-    if columns == 5 and lines and len(lines[0].replace(",", " ").split()) == 3:
-        return "rows of 3 are Abaqus's FORMAT=COORDINATE, which does not say which nodes they belong to: write it with FORMAT=MATRIX INPUT"
-    if "nan" in text:
-        return "the code itself wrote nan, as CalculiX does for *MPC: write such a constraint as *EQUATION"
-    return "give the file as the code wrote it"
-
-
-def symmetric(what: str, row: Integers, column: Integers, value: Array, size: int) -> csr_matrix:
-    """(size, size) matrix from its entries: those of one triangle, which the other one mirrors, or all of them.
-
-    Raises
-    ------
-    ModelError
-        An entry given twice or not finite.
-    """
-    if not np.isfinite(value).all():
-        raise ModelError(f"{what}: entry {int(np.argmin(np.isfinite(value))) + 1} is not finite; let the code write the matrix again")
-    if np.any(row < column) != np.any(row > column):
-        off = row != column
-        row, column, value = np.r_[row, column[off]], np.r_[column, row[off]], np.r_[value, value[off]]
-    K = csr_matrix((value, (row, column)), shape=(size, size))
-    if K.nnz != len(value):
-        raise ModelError(f"{what}: entries are given twice; let the code write the matrix again")
-    return K
+    return float(entry.upper().replace("D", "E"))
