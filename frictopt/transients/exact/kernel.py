@@ -453,27 +453,23 @@ def prove(S, f, state, proof):
 
 
 @_once
-def _next_event(f, state, force):
+def _next_event(f, state):
     """Time to the next event, and its node; infinity and -1 if there is none."""
     nodes, u, r, u_rate, r_rate = len(f), state.u, state.r, state.u_rate, state.r_rate
     first, which = np.inf, -1
     for node in range(nodes):
-        status, p, p_rate = state.status[node], r[nodes + node], r_rate[nodes + node]
-        time = np.inf
-        if status == OPEN:
-            if u_rate[nodes + node] < 0.0:
-                time = max(u[nodes + node] + state.gap[node], 0.0) / -u_rate[nodes + node]
-        else:
-            if p > AT_BOUND * 1e-3 * force[node] and p_rate < 0.0:
-                time = p / -p_rate
-            if status == STICK:
-                slack_forward, slack_backward = _slacks(f, r, node, nodes)
-                small = AT_BOUND * (f[node] * p + 1e-3 * force[node])
-                forward, backward = f[node] * p_rate + r_rate[node], f[node] * p_rate - r_rate[node]
-                if slack_forward > small and forward < 0.0:
-                    time = min(time, slack_forward / -forward)
-                if slack_backward > small and backward < 0.0:
-                    time = min(time, slack_backward / -backward)
+        status, touch, p, p_rate, time = state.status[node], state.touch[node], r[nodes + node], r_rate[nodes + node], np.inf
+        if status == OPEN and u_rate[nodes + node] < 0.0:
+            time = max(u[nodes + node] + state.gap[node], 0.0) / -u_rate[nodes + node]
+        elif status != OPEN and not touch & 4 and p_rate < 0.0:
+            time = p / -p_rate
+        if status == STICK:
+            slack_forward, slack_backward = _slacks(f, r, node, nodes)
+            forward, backward = f[node] * p_rate + r_rate[node], f[node] * p_rate - r_rate[node]
+            if not touch & 1 and forward < 0.0:
+                time = min(time, slack_forward / -forward)
+            if not touch & 2 and backward < 0.0:
+                time = min(time, slack_backward / -backward)
         if time < first:
             first, which = time, node
     return first, which
@@ -543,19 +539,18 @@ def follow(S, f, bonded, ahead, state, active, proof, force, start, begins, reco
     start, the statuses agree with the rates there already. `record` (rows, 1 + 6N) takes times, u, r, statuses and work at the events; without rows
     they are not recorded. Returns `DONE` or the reason to stop, and the time of the stop.
     """
-    time, settled, load_rate, largest, stiffness = start, True, state.load_rate, 0.0, 0.0
-    for k in range(len(bonded)):
-        load_rate[k] = ahead[k] - bonded[k]
-        settled = settled and abs(load_rate[k]) <= _NO_DRIVE * force[k % len(f)]
-        largest, stiffness = max(largest, abs(load_rate[k])), stiffness + S[k, k] / len(bonded)
+    load_rate, time = state.load_rate, start
+    load_rate[:] = ahead - bonded
+    size, stiffness = np.abs(load_rate), np.diag(S).mean()
+    largest, settled = size.max(), (size <= _NO_DRIVE * np.concatenate((force, force))).all()
     if begins:
         _begin(S, f, state, active)
     known = settled = settled or not begins
     for _ in range(1000 + 200 * len(f)):
+        look(f, state, force)
         if settled:
             solve_rates(S, active, state)
         else:
-            look(f, state, force)
             if not settle(S, f, state, active, known, _RATE * largest, _RATE * largest / stiffness):
                 return UNSETTLED, time
             state.trace[2] += not prove(S, f, state, proof)
@@ -565,7 +560,7 @@ def follow(S, f, bonded, ahead, state, active, proof, force, start, begins, reco
             _add_row(record[state.trace[3]], state, time)
         settled, known = False, True
         _count_changes(state)
-        step, node = _next_event(f, state, force)
+        step, node = _next_event(f, state)
         ends = step >= 1.0 - time
         step = min(step, 1.0 - time)
         _advance(f, bonded, time, state, step)
