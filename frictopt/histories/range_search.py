@@ -134,8 +134,7 @@ class Search:
         if not least and count < 2 * _AROUND[0]:
             return []
         sizes = size * _WIDEST * (_NARROWEST / _WIDEST) ** np.linspace(0, 1, int(np.clip(count, *_AROUND))) ** 2
-        starts = [orbit.start + one * self._rng.uniform(-1, 1, orbit.start.shape) for one in sizes]
-        starts = starts if self._task.most is None else [shortened(start, self._task.most) for start in starts]
+        starts = [shortened(orbit.start + one * self._rng.uniform(-1, 1, orbit.start.shape), self._task.most) for one in sizes]
         return [found for start in starts if (found := self.follow(f"around {orbit.name}", start, least)).work >= least]
 
     def climb(self, orbit: Orbit, sense: int) -> Orbit:
@@ -245,8 +244,7 @@ class RangeStarts:
     def beyond(self) -> list[list[tuple[str, Array]]]:
         """Multiples of each extreme slip under the mean load, as far as the slip bound allows: more than the closed contact can hold."""
         most, extreme = self._task.most, self.under_mean_load
-        multiples = [[(f"{factor:g} x {name}", factor * slip) for factor in _BEYOND] for name, slip in extreme.items()]
-        return multiples if most is None else [[(name, shortened(slip, most)) for name, slip in row] for row in multiples]
+        return [[(f"{factor:g} x {name}", shortened(factor * slip, most)) for factor in _BEYOND] for name, slip in extreme.items()]
 
     def witness(self) -> dict[str, Array]:
         """The witness of the guaranteed limit, from which slip goes on just above it."""
@@ -267,20 +265,17 @@ class RangeStarts:
         changes: dict[str, Array] = {}
         for name, step in zip(self._task.cycle.corner_names, np.roll(q1, -1, axis=0) - q1, strict=True):
             size = float(np.linalg.norm(step))
-            units = [step / size, -step / size] if size > 0 else []
-            if units and not any(np.abs(units[0] - other).max() <= ROUNDING for other in changes.values()):
-                changes |= {f"along the load after {name}": units[0], f"against the load after {name}": units[1]}
+            if size > 0 and not any(np.abs(step / size - other).max() <= ROUNDING for other in changes.values()):
+                changes |= {f"along the load after {name}": step / size, f"against the load after {name}": -step / size}
         if system.tangents == 1:
             x = system.x - system.x.mean()
             return changes | {"stretched": x, "squeezed": -x, "left end unloaded": -system.B[0], "right end unloaded": -system.B[-1]}
         x, y = np.einsum("nij,nj->in", system.frames[:, :2], system.points - system.points.mean(axis=0))
-        still = np.zeros_like(x)
+        still, ends = np.zeros_like(x), sorted({int(along.argmax()) for along in (x + y, x - y, y - x, -x - y)})
         ways = {"stretched along tangent 1": (x, still), "stretched along tangent 2": (still, y), "turned": (-y, x)}
-        ways |= {f"node {node} unloaded": -system.B[node].reshape(2, -1) for node in sorted({int(z.argmax()) for z in (x + y, x - y, y - x, -x - y)})}
         fields = {name: np.transpose(way) for name, way in ways.items()}
-        return (
-            changes | fields | {f"{name}, reversed": -fields[name] for name in ("stretched along tangent 1", "stretched along tangent 2", "turned")}
-        )
+        unloaded = {f"node {node} unloaded": -system.B[node].reshape(2, -1).T for node in ends}
+        return changes | fields | unloaded | {f"{name}, reversed": -field for name, field in fields.items()}
 
 
 def _furthest_apart(vectors: Array) -> list[int]:
@@ -294,7 +289,9 @@ def _furthest_apart(vectors: Array) -> list[int]:
     return sorted(chosen)
 
 
-def shortened(slip: Array, most: Array) -> Array:
-    """A slip, (N,) or (N, 2), cut to lengths of at most `most`, (N,)."""
+def shortened(slip: Array, most: Array | None) -> Array:
+    """A slip, (N,) or (N, 2), cut to lengths of at most `most`, (N,), if that is given."""
+    if most is None:
+        return slip
     size = lengths(slip, most)
     return np.asarray((slip.T * np.minimum(1.0, most / np.where(size > 0, size, 1.0))).T)
