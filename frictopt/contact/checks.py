@@ -184,6 +184,20 @@ def check_text(argument: str, value: object, meaning: str) -> None:
         raise ModelError(f"{argument}: {shown(value)}; give {meaning}")
 
 
+def checked_units(units: object) -> str | None:
+    """Check the names of the units of force and length, "N, mm"; None: not known. No number depends on them.
+
+    Raises
+    ------
+    ModelError
+        No text, or not two names.
+    """
+    names = [name.strip() for name in units.split(",")] if isinstance(units, str) else []
+    if units is not None and not (len(names) == 2 and all(names) and all(map(str.isprintable, names))):
+        raise ModelError(f'units: {shown(units)}; give the names of the units of force and length, such as "N, mm"')
+    return ", ".join(names) or None
+
+
 def choice(name: str, value: T, options: Collection[str]) -> T:
     """Check that `value` is one of some texts."""
     if not isinstance(value, str) or value not in options:

@@ -198,7 +198,7 @@ class Plotted:
         ModelError
             Another number of axes, or a contact in space that one map cannot show.
         """
-        return import_module("frictopt.plots.draw").draw(self, ax)  # here, for matplotlib is slow to import and need not be installed
+        return import_module("frictopt.plots").draw(self, ax)  # here, for matplotlib is slow to import and need not be installed
 
 
 def frame(columns: Mapping[str, object], units: str | None = None) -> Table:

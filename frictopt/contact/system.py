@@ -12,12 +12,11 @@ from numpy.typing import ArrayLike
 
 from ..errors import ModelError
 from . import files
-from .checks import Array, Names, checked_contact, checked_loads, checked_overlaps, finite_array, finite_number, frozen, real_array
+from .checks import Array, Names, checked_contact, checked_loads, checked_overlaps, checked_units, finite_array, finite_number, frozen, real_array
 from .parts import arc_length, check_order, checked_bonded, checked_frames, checked_width, compliances, joined, parted
 from .result import Plotted, Shown, Table, frame
 from .stiffness import check_semi_definite, in_series, overlapping, symmetrised
 from .tolerances import RIGID
-from .units import checked_units
 
 _SOFTER = 1e18  # than the bodies, which springs in some directions may be while others are not: beyond, rounding hides what these carry
 

@@ -16,8 +16,6 @@ from ..errors import ModelError
 from .loop import LoadLoop
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import xarray as xr
 
 
@@ -219,26 +217,7 @@ class Trajectory(Shown, Plotted):
 
     def plot_status(self, ax: Any = None) -> Any:
         """Draw what each node does, stick, slip or open, over place and time; see `plot` for the argument and what may be raised."""
-        return import_module("frictopt.plots.draw").draw(self, ax, "status")
-
-    def animate(self, path: "str | Path", frames: int = 48) -> None:
-        """Write an animation: the shear within its bounds of friction, in space the shear on the face; each node in the colour of what it does.
-
-        Parameters
-        ----------
-        path
-            File to be written, which ends in `.gif`.
-        frames
-            Number of pictures, evenly spaced in time from the mean load or the first state on, 12 in a second.
-
-        Raises
-        ------
-        ImportError
-            matplotlib is not installed.
-        ModelError
-            Another ending, a file that cannot be written, a contact in space that one map cannot show.
-        """
-        import_module("frictopt.plots.transients").animate(self, path, frames)
+        return import_module("frictopt.plots").draw(self, ax, "status")
 
     def to_xarray(self) -> "xr.Dataset":
         """The states as a Dataset of xarray, which must be installed: slip, gap, q, p, status (in words) and work over state, node and tangent.
