@@ -35,7 +35,7 @@ CASES = [
     (reference.sliding_corner_exponent, {"f": 0.4, "slip": "inward"}, "f: 0.4 .*inward slip; give friction below 0.31831"),
     (reference.sliding_corner_exponent, {"f": 0.4, "slip": "sideways"}, "slip: 'sideways'; give 'outward' or 'inward'"),
     *((mode.stress, {"r": [1.0, 0.0], "theta": 0.0}, "r: 0; give distances above 0") for mode in reference.bonded_corner()),
-    *((mode.stress, {"r": 1.0, "theta": np.nan}, "theta: value nan") for mode in reference.bonded_corner()),
+    *((mode.stress, {"r": 1.0, "theta": np.nan}, "theta: nan") for mode in reference.bonded_corner()),
 ]
 
 
