@@ -22,16 +22,9 @@ from .style import BLACK, GREY, POINTS, AnyAxes, AxesArray, Look, arrows, legend
 
 Mesh: TypeAlias = Any  # of scikit-fem
 
-_MOST_MARKS = 17, 25  # of each support, in the plane and in space
-_ARROWS = 9  # of each loaded boundary
 _NAME = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "pad": 2.0}
-_TO_NAME = {"arrowstyle": "-", "lw": 0.8}
 _ABOVE = 1e3  # of names in space: above all faces, to which matplotlib gives numbers by their distance
-_SIZE = 6.4, 4.8  # inches
-_LENGTH = 0.08, 0.12  # of an arrow, over the size of the model, in the plane and in space
 _BESIDE = {"shrink": 0.6, "pad": 0.12}  # of a colour bar in space, beside the labels of the axis z
-_NORMAL = 0.1  # length of a normal, over the size of the contact
-_MOST_NORMALS = 60
 
 
 def draw_edges(axes: Axes, mesh: Mesh, facets: Integers, scale: float = 1.0, **look: Any) -> None:
@@ -64,7 +57,7 @@ def _body(axes: AnyAxes, mesh: Mesh, number: int, name: str, face: float, edge: 
 def _axes_of(bodies: Mapping[str, Body], ax: AnyAxes) -> tuple[AnyAxes, Array]:
     """Axes for bodies, and the (2, d) least and largest of their coordinates."""
     points = np.concatenate([body.mesh.p for body in bodies.values()], axis=1)
-    return new_axes(ax, size=_SIZE, in_space=len(points) == 3)[0], np.array([points.min(axis=1), points.max(axis=1)])
+    return new_axes(ax, size=(6.4, 4.8), in_space=len(points) == 3)[0], np.array([points.min(axis=1), points.max(axis=1)])
 
 
 def _finished(axes: AnyAxes, ends: Array, room: float) -> None:
@@ -98,7 +91,7 @@ def _model(given: ContactModel | Scene, ax: AnyAxes | None = None) -> AnyAxes:
     model = given.model() if isinstance(given, Scene) else given
     axes, ends = _axes_of(model.bodies, ax)
     in_space = ends.shape[1] == 3
-    length = _LENGTH[in_space] * float((ends[1] - ends[0]).max())
+    length = (0.12 if in_space else 0.08) * float((ends[1] - ends[0]).max())
     for number, (name, body) in enumerate(model.bodies.items()):
         _body(axes, body.mesh, number, name, 0.04, 0.5)
     _contacts(axes, model, in_space)
@@ -124,7 +117,7 @@ def _contacts(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
             axes.text(*middle, contact.name, "z" if tilt else None, bbox=_NAME, zorder=_ABOVE)
         elif len(model.contacts) > 1:
             look = {"ha": "center", "va": "top"} | tilt
-            axes.annotate(contact.name, middle, (0, -28), textcoords="offset points", bbox=_NAME, arrowprops=_TO_NAME, **look)
+            axes.annotate(contact.name, middle, (0, -28), textcoords="offset points", bbox=_NAME, arrowprops={"arrowstyle": "-", "lw": 0.8}, **look)
 
 
 def _supports(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
@@ -137,7 +130,7 @@ def _supports(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
         marker = "s" if held == everything else {"x": ">", "y": "^", "z": "v"}.get(held, "D")
         label = None if held in named else f"held in {', '.join(held)}"
         named.add(held)
-        axes.plot(*points[:, spread(points, _MOST_MARKS[in_space])], linestyle="none", marker=marker, color=BLACK, label=label, **look)
+        axes.plot(*points[:, spread(points, 25 if in_space else 17)], linestyle="none", marker=marker, color=BLACK, label=label, **look)
 
 
 def _load(axes: AnyAxes, model: ContactModel, case: str, length: float, color: str) -> None:
@@ -151,7 +144,7 @@ def _load(axes: AnyAxes, model: ContactModel, case: str, length: float, color: s
         nodes = body.boundary_nodes(part.boundary, "loads")
         force = surface_forces(part, body, model.kinematics)[:, nodes]
         strength = np.linalg.norm(force, axis=0)
-        chosen = [node for node in spread(body.mesh.p[:, nodes], _ARROWS) if strength[node] > 0]
+        chosen = [node for node in spread(body.mesh.p[:, nodes], 9) if strength[node] > 0]
         points, step = body.mesh.p[:, nodes[chosen]], force[:, chosen] / strength[chosen] * length
         pressing = (step * (body.mesh.p.mean(axis=1)[:, None] - points)).sum(axis=0) > 0
         look: Look = {"linewidth": 1.0, "arrow_length_ratio": 0.35} if in_space else {"width": 0.003, "headwidth": 6, "zorder": 2.5}
@@ -208,9 +201,9 @@ def _system(system: ContactSystem, ax: AxesArray | None = None) -> AxesArray:
     """
     force = "force per depth" if system.tangents == 1 else "force"
     width, unit = (1.0, f"bonded normal force\n({force})") if system.width is None else (system.width, "bonded pressure\n(force per area)")
-    few = spread(system.points.T, _MOST_NORMALS)
+    few = spread(system.points.T, 60)
     begin, color = system.points[few], series(0)["color"]
-    normals = _NORMAL * float(np.ptp(system.points, axis=0).max() or 1.0) * system.normals[few]
+    normals = 0.1 * float(np.ptp(system.points, axis=0).max() or 1.0) * system.normals[few]
     if system.tangents == 2:
         count = len(system.bonded)
         panels: list[Any] = new_axes(ax, count, (4.8 * min(count, 2), 3.2 * -(-count // 2)), common_x=False, in_space=True)

@@ -13,19 +13,12 @@ from ..errors import ModelError
 from ..fem.interface import frames_of
 from .style import BLACK, GREY, SERIES, Look, arrows, slanted, spread
 
-_BETWEEN = 0.25  # distance of contacts that stand side by side, widths of the left one
 _LEAST = 0.1  # spread of normals over the largest: that of two flat sides is none; cosine between normals and their mean
 _CAP = 0.5  # the same cosine: faces that turn on about an axis are unrolled; sine between normals and such an axis
 _FLAT = 1e-9  # difference of directions, of nodes in one plane or at one angle; distance of nodes at one place, over the size of the contact
-_FACE = 25_000  # area that the points of a face share, points^2
-_LARGEST, _SMALLEST = 160.0, 6.0  # area of a point, points^2
-_FILLED = 4.0  # how much smaller points are on a filled face
+_POINT = 6.0, 160.0  # least and largest area of a point, points^2
 _PLATE = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}  # under names that arrows may cross
 _FAR = 1.8  # times the edges at its corners: an edge that spans a hole or a notch of the face
-_MOST_ARROWS = 60
-_ARROW = 0.12  # length of the longest arrow, over the size of the face
-_LABELS = 30.0  # height of the labels of the axis below a map, points
-_MARGIN = 0.075  # of the axes, beyond points and arrows
 
 
 def face_map(
@@ -42,13 +35,13 @@ def face_map(
 ) -> Axes:
     """Values of the nodes, (N,) >= 0, as colours up to `most`, grey where NaN; slips (N, 2) as arrows, open nodes as rings, and some circled."""
     places, labels, names, turn = places_of(system)
-    size = float(np.clip(_FACE / system.nodes / max(1, len(names)), _SMALLEST, _LARGEST))
+    size = float(np.clip(25_000 / system.nodes / max(1, len(names)), *_POINT))
     closed = np.ones(system.nodes, dtype=bool) if opened is None else ~opened
     known = closed & np.isfinite(values)
     colours: Look = {"cmap": colormaps["cividis"].with_extremes(bad=GREY), "vmin": 0.0, "vmax": most or float(values.max()) or 1.0}
     if (mesh := _triangles(system, places, known)) is not None:
         axes.tripcolor(mesh, np.where(known, values, 0.0), shading="gouraud", zorder=0.5, rasterized=True, **colours)
-        size = max(_SMALLEST, size / _FILLED)
+        size = max(_POINT[0], size / 4)
     shown = axes.scatter(places[closed, 0], places[closed, 1], c=values[closed], s=size, plotnonfinite=True, **colours)
     if not closed.all():
         axes.scatter(places[~closed, 0], places[~closed, 1], s=0.6 * size, facecolors="none", edgecolors=GREY, linewidths=1.0, label="open node")
@@ -62,7 +55,7 @@ def face_map(
     if len(nodes):
         axes.scatter(places[nodes, 0], places[nodes, 1], s=1.6 * size, facecolors="none", edgecolors=SERIES[1]["color"], linewidths=1.4, label=why)
     if axes.get_legend_handles_labels()[1]:
-        below = offset_copy(axes.transAxes, axes.figure, y=-_LABELS, units="points")  # type: ignore[arg-type]  # a figure within another one will do
+        below = offset_copy(axes.transAxes, axes.figure, y=-30.0, units="points")  # type: ignore[arg-type]  # the height of the labels; any kind of figure will do
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), bbox_transform=below, ncols=2)
     return axes
 
@@ -76,7 +69,7 @@ def _frame(axes: Axes, places: Array, labels: tuple[str, str], names: dict[str, 
     half = np.ptp(places, axis=0) / 2
     half = np.maximum(half, 0.25 * half.max() or 1.0)  # nodes on a line get a map as well
     axes.update_datalim((places.max(axis=0) + places.min(axis=0)) / 2 + half * np.array([[-1.0], [1.0]]))
-    axes.margins(_MARGIN, 0.2 if names else _MARGIN)
+    axes.margins(0.075, 0.2 if names else 0.075)
     axes.set_aspect("equal")
     return np.asarray(half)
 
@@ -85,9 +78,9 @@ def _slips(axes: Axes, places: Array, turn: Array, slip: Array, name: str) -> No
     """Draw the slip of the nodes as arrows, as the map sees them, none where it is NaN."""
     longest = float(np.nanmax(np.linalg.norm(slip, axis=1), initial=0.0))
     if longest > 0:
-        few = sorted(spread(places.T, _MOST_ARROWS))
+        few = sorted(spread(places.T, 60))
         seen = np.einsum("nik,nk->ni", turn, slip)[few]
-        reach = _ARROW * float(np.ptp(places[few], axis=0).max() or 1.0) / float(np.nanmax(np.linalg.norm(seen, axis=1)) or 1.0)
+        reach = 0.12 * float(np.ptp(places[few], axis=0).max() or 1.0) / float(np.nanmax(np.linalg.norm(seen, axis=1)) or 1.0)
         arrows(axes, places[few], seen, reach, zorder=3, facecolor="white", edgecolor=BLACK, linewidth=0.5, width=0.007)
         axes.plot([], [], linestyle="none", marker=r"$\rightarrow$", markersize=11, color=BLACK, label=f"{name}, longest {longest:.3g} (length)")
 
@@ -128,7 +121,7 @@ def places_of(system: ContactSystem) -> tuple[Array, tuple[str, str], dict[str, 
         low, high = seen.min(axis=0), seen.max(axis=0)
         places[own] = seen + [right - low[0], -(low[1] + high[1]) / 2]
         names[name] = np.array([right + (high[0] - low[0]) / 2, (high[1] - low[1]) / 2])
-        right += (1 + _BETWEEN) * (high[0] - low[0])
+        right += 1.25 * (high[0] - low[0])
     return places, ("first direction, contact by contact", "second direction"), names, turn
 
 

@@ -14,11 +14,9 @@ from .face import face_map
 from .strip import label_contacts, label_panels, lines
 from .style import BLACK, FACE, GREY, POINTS, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, one_axes, picture, series
 
-_STRIP = (6.4, 2.4)  # size of a picture with a row for each outcome, inches
+_STRIP = 6.4, 2.4  # size of a picture with a row for each outcome, inches
 _ROWS = {REST: "comes to rest", SLIP: "keeps slipping", UNDECIDED: "undecided"}
-_PLAIN = 30  # load factors within it have plain numbers, not powers of ten
 _DEPTH = "depth worn off (length)"
-_PROFILES = 6  # contacts whose profiles are drawn
 
 
 @picture.register
@@ -87,7 +85,7 @@ def _damping_curve(curve: DampingCurve, ax: AxesArray | None = None) -> AxesArra
         _limit_line(axes, r"guaranteed limit $\lambda_1$", curve.guaranteed_limit, GREY)
         _limit_line(axes, r"shakedown limit $\lambda_2$", curve.shakedown_limit, BLACK)
         axes.set_xscale("log")
-    if curve.load_factor[-1] < _PLAIN * curve.load_factor[0]:
+    if curve.load_factor[-1] < 30 * curve.load_factor[0]:  # plain numbers, not powers of ten
         damping.xaxis.set(major_locator=LogLocator(subs=(1, 2, 3, 5, 7)), major_formatter=ScalarFormatter(), minor_formatter=NullFormatter())
     if mode:
         frequency.axhline(curve.natural_frequency, color=GREY, lw=0.6, zorder=0, label="glued contact")
@@ -111,7 +109,7 @@ def _wear(history: WearHistory, ax: AxesArray | None = None) -> AxesArray:
     else:
         depth, pressure, work = panels = new_axes(ax, 3, (6.4, 8.4), common_x=False)
         largest = history.depth.max(axis=1)
-        even = [np.abs(largest - part).argmin() for part in np.linspace(0.0, largest[-1], _PROFILES)[:-1]]  # steps of the largest depth
+        even = [np.abs(largest - part).argmin() for part in np.linspace(0.0, largest[-1], 6)[:-1]]  # steps of the largest depth
         for number, row in enumerate(np.unique([*even, len(largest) - 1])):
             label = f"{table['cycles'][row]:.4g}"
             lines(depth, system, history.depth[row], label=label, **line(number))

@@ -17,12 +17,9 @@ from .style import BLACK, POINTS, SERIES, AxesArray, Look, equals, legend, line,
 Circles: TypeAlias = dict[int, tuple[Any, Any, Any]]  # by corner: nodes that limit the load, their senses of slip, areas of their circles
 Limit: TypeAlias = ShakedownLimit | RequiredFriction | GuaranteedLimit
 
-_SHOWN = 4  # preloads in a title
 _AREA = 400  # of the circle round a node that is the whole mechanism, points^2
 _ONE_NODE = 60  # of the circle round a node that stands alone
-_MOST_RATIO = 3.0  # of the vertical axis: nodes with almost no pressure would hide all others
 _INSIDE: Look = {"color": "#56B4E9", "alpha": 0.25, "lw": 0, "label": "some residual slip is safe"}
-_MARGIN = 1.08  # of the axes, over the largest amplitude
 
 
 def _ratios(
@@ -48,7 +45,7 @@ def _ratios(
             nodes, senses, areas = circles[corner]
             circle(axes, system.x[nodes], ratio[corner, nodes], senses, areas, look["color"], label)
             label = None
-    most = min(_MOST_RATIO, max(1.25, 1.1 * float(np.nanmax(np.abs(ratio), initial=0.0))))
+    most = np.clip(1.1 * float(np.nanmax(np.abs(ratio), initial=0.0)), 1.25, 3.0)  # beyond, nodes with almost no pressure would hide all others
     axes.set_ylim(-most, most)
     label_contacts(axes, system)
     if opened is not None:
@@ -140,7 +137,7 @@ def _safe_slip(safe: SafeSlip, ax: Axes | AxesArray | None = None) -> Axes | Axe
 def _design(design: Design, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
     """Shear over friction bound at the corners under the safe slip; below, the profile where the faces were free."""
     amounts = [f"{name} {amount:+.4g}" for name, amount in design.preload.items()]
-    title = ", ".join([equals(r"best design, $\lambda$", design.load_factor), *amounts[:_SHOWN], *["..."] * (len(amounts) > _SHOWN)])
+    title = ", ".join([equals(r"best design, $\lambda$", design.load_factor), *amounts[:4], *["..."] * (len(amounts) > 4)])
     return _reserve(design, ax, title, design.profile, "material taken off (length)")
 
 
@@ -201,7 +198,7 @@ def _safe_region(region: SafeRegion, ax: Axes | None = None) -> Axes:
         axes.plot(*inner.T, linestyle="none", marker="o", markersize=3, color=BLACK, clip_on=False, label="vertex, proven safe")
     for name, load, unlimited, most in zip("xy", region.loads, free, outer.max(axis=0), strict=True):
         label = f"amplitude of {load}" + (": no limit" if unlimited else " (times its unit load)")
-        ends = (0.0, 1.0) if unlimited else (0.0, _MARGIN * most or 1.0)
+        ends = (0.0, 1.0) if unlimited else (0.0, 1.08 * most or 1.0)
         axes.set(**{f"{name}label": label, f"{name}lim": ends} | ({f"{name}ticks": []} if unlimited else {}))
     legend(axes)
     return axes

@@ -12,8 +12,6 @@ from ..contact import RESIDUAL, Array, ContactSystem
 from ..contact.parts import runs
 from .style import BLACK, GREY, POINTS, SERIES, Look, line, slanted
 
-_MOST_RULING = 4  # of many corners, those with a line
-
 
 def parts(system: ContactSystem) -> list[tuple[str, slice]]:
     """Name and nodes of each contact, in their order along x."""
@@ -43,7 +41,7 @@ def lines_or_band(
     """
     drawn: Sequence[int] = range(len(values))
     if len(values) > len(SERIES):
-        drawn = sorted(list(dict.fromkeys(ruling))[:_MOST_RULING])
+        drawn = sorted(list(dict.fromkeys(ruling))[:4])
         low, high = np.fmin.reduce(values), np.fmax.reduce(values)  # NaN counts where all are
         for number, (_, nodes) in enumerate(parts(system)):
             label = f"{what}all {len(values)} corners" if number == 0 else None

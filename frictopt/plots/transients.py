@@ -17,9 +17,6 @@ from .style import BLACK, FACE, GREY, POINTS, SERIES, AxesArray, Look, legend, l
 _MOST_TICKS = 12  # corners that have a tick each
 _STATUS = (0, "stick", "#DDDDDD"), (1, "slip", SERIES[0]["color"]), (-1, "slip -", SERIES[1]["color"]), (2, "open", BLACK)  # code, word, colour
 _LOOKS: dict[str, Look] = {"q": {"band": series(0)["color"]}, "p": {"band": series(1)["color"], "lw": 0.5, "alpha": 0.8}}
-_NODES = 3  # nodes whose loops are drawn
-_LONGEST = 60  # characters of the names of corners beside an axis
-_MOST_LINES = 50  # cycles of which each has its own line
 
 
 @picture.register
@@ -69,7 +66,7 @@ def node_status(states: Trajectory, ax: Axes | None = None) -> Axes:
 @picture.register
 def _trajectory(path: Trajectory, ax: AxesArray | None = None) -> AxesArray:
     """Panels for the nodes with the most work: shear force against slip along each tangent, and last slip against the corners visited."""
-    tangents, nodes = path.system.tangents, np.argsort(-path.work[-1], kind="stable")[:_NODES]
+    tangents, nodes = path.system.tangents, np.argsort(-path.work[-1], kind="stable")[:3]
     *sides, below = panels = new_axes(ax, tangents + 1, (6.4, 6.4 if tangents == 1 else 8.4), common_x=False)
     per_depth = " per depth" if tangents == 1 else ""
     names = [node_at(path.system, node) for node in nodes]
@@ -97,7 +94,7 @@ def _whole_cycles(axes: Axes, path: Trajectory) -> bool:
     """Draw a line at each of a few whole cycles; whether there are any."""
     corners = len(path.cycle.corners)
     cycles = int(path.time[-1]) // corners
-    few = 0 < cycles <= _MOST_LINES
+    few = 0 < cycles <= 50
     for cycle in range(cycles + 1) if few else ():
         axes.axvline(cycle * corners, color=GREY, lw=0.5, label="cycles" if cycle == 0 else None)
     return few
@@ -186,7 +183,7 @@ def _slip_and_work(above: Axes, below: Axes, steady: SteadyState, **look: Any) -
 def _time_axis(axes: Axes, path: Trajectory, axis: str) -> None:
     """The axis of corners visited, which begins no earlier than the mean load, with the loads of the first corners as far as there is room."""
     names = ", ".join(f"{number}: {name}" for number, name in enumerate(["mean load", *path.cycle.corner_names]))
-    label = f"corners visited ({names if len(names) <= _LONGEST else '0: mean load'})"
+    label = f"corners visited ({names if len(names) <= 60 else '0: mean load'})"
     axes.set(**{f"{axis}label": label if axis == "x" else label.replace(" (", "\n(", 1)})
     if (first := max(0.0, path.time[0])) < path.time[-1]:
         axes.set(**{f"{axis}lim": (first, path.time[-1])})
