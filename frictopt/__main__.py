@@ -211,7 +211,7 @@ def _written(picture: Path | None, result: object, file: Path | None = None, tab
     if file:
         getattr(table, WRITERS[file.suffix])(file, index=False)
     if picture:
-        from .plots.draw import draw
+        from .plots import draw
 
         axes: Any = draw(result, kind=kind)
         try:

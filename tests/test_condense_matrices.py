@@ -153,7 +153,7 @@ APART = POINTS - np.outer((POINTS[:, 1] < 0) | np.isin(np.arange(len(POINTS)), P
 BOTTOM = GOOD["held"][np.isin(GOOD["held"], ROWS[POINTS[:, 1] == -1.0])]
 BAD = {
     "K: not symmetric, K[0, 1] =": {"K": SKEW},
-    "K: entries: value nan": {"K": K * np.nan},
+    "K: entries: nan": {"K": K * np.nan},
     "of K is given twice, to nodes [": {"unknowns": TWICE},
     "is no node's; give it to one, or name it in held": {"unknowns": LONE},
     "generalised: row 3 of K is given twice, to nodes [": {"generalised": [3]},

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.collections import PathCollection
 from matplotlib.colors import to_hex
+from matplotlib.quiver import Quiver
 from matplotlib.text import Text
 
 import frictopt as fo
@@ -304,8 +305,9 @@ def test_a_scene_shows_bodies_contacts_supports_and_loads(name):
 def test_arrows_press_on_the_boundary_or_begin_there():
     scene = SCENES["punch"]
     top = scene.punch_height
-    arrows = [note for note in scene.plot().texts if note.arrow_patch is not None]
-    steps = {(note.xyann, note.xy) for note in arrows}
+    arrows = [one for one in scene.plot().collections if isinstance(one, Quiver)]
+    begin, step = (np.concatenate(rows) for rows in zip(*((one.XY, np.column_stack([one.U, one.V])) for one in arrows), strict=True))
+    steps = {(tuple(tail), tuple(tail + way)) for tail, way in zip(begin, step, strict=True)}
     pressing = [(tail, tip) for tail, tip in steps if tail[0] == tip[0]]
     assert len(pressing) == 5 and all(tip[1] == top < tail[1] for tail, tip in pressing)
     side = scene.block_half_width

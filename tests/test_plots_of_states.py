@@ -2,18 +2,15 @@
 
 import itertools
 from dataclasses import replace
-from types import SimpleNamespace
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.collections import PathCollection, QuadMesh, TriMesh
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-from PIL import Image
 
 import frictopt as fo
-from frictopt.plots import nodes as face_maps
-from frictopt.plots import transients
+from frictopt.plots import face
 from spatial import cycle, random_contact
 from systems import CYCLE, random_system
 
@@ -83,48 +80,6 @@ def test_numbers_of_small_slips_do_not_run_into_each_other(in_space):
         assert all(one.x1 < next_one.x0 for one, next_one in itertools.pairwise(boxes))
 
 
-@pytest.mark.parametrize("in_space", [False, True])
-def test_an_animation_has_its_pictures(in_space, tmp_path):
-    states = slipping(SPACE, cycle(), steps=4) if in_space else slipping(PLANE, CYCLE)
-    states.animate(tmp_path / "cycle.gif", frames=3)
-    with Image.open(tmp_path / "cycle.gif") as film:
-        assert film.n_frames == 3
-        pictures = []
-        for number in range(3):
-            film.seek(number)
-            pictures.append(np.asarray(film.convert("RGB"), dtype=int))
-    assert all(np.abs(one - other).max() > 50 for one, other in itertools.pairwise(pictures)) and not plt.get_fignums()
-    for path, message in (("cycle.mp4", "ends in .gif"), (3, "ends in .gif"), (tmp_path / "none" / "cycle.gif", "is in no folder")):
-        with pytest.raises(fo.ModelError, match=message):
-            states.animate(path, frames=2)
-
-
-@pytest.mark.parametrize("steps", [None, 4])
-def test_a_picture_of_an_animation_shows_the_state_of_its_time(steps, tmp_path, monkeypatch):
-    """Reactions are linear between two states; a status holds until the next event, or is that of the increment."""
-    states, seen = slipping(PLANE, CYCLE, steps=steps), []
-
-    def film(figure, draw, frames, **_):
-        for frame in range(frames):
-            draw(frame)
-            (axes,) = figure.axes
-            (marks,) = [one for one in axes.collections if isinstance(one, PathCollection)]
-            colours = {patch.get_label(): patch.get_facecolor() for patch in axes.get_legend().get_patches()}
-            seen.append((axes.get_title(), [line.get_ydata() for line in axes.get_lines()[:3]], marks.get_facecolors(), colours))
-        return SimpleNamespace(save=lambda *_, **__: None)
-
-    monkeypatch.setattr(transients, "FuncAnimation", film)
-    states.animate(tmp_path / "cycle.gif", frames=12)
-    words = np.reshape(states.to_frame()["status"], states.p.shape)
-    for time, (title, drawn, filled, colours) in zip(np.linspace(0.0, states.time[-1], 12), seen, strict=True):
-        q, p, loads = (np.array([np.interp(time, states.time, column) for column in values.T]) for values in (states.q, states.p, states.amplitudes))
-        assert np.allclose(drawn, [F * p / PLANE.width, -F * p / PLANE.width, q / PLANE.width])
-        row = min(np.flatnonzero(states.time <= time)[-1], len(states.time) - 2) + (steps is not None)
-        assert filled.tolist() == [list(colours[word.replace("p", "p ") if word[-1] in "+-" else word]) for word in words[row]]
-        assert title.startswith(f"{time:.2f} corners visited: ") and f"cyclic = {loads[list(PLANE.bonded).index('cyclic')]:.5g}" in title
-    assert len({colour for *_, colours in seen for colour in colours}) > 1
-
-
 def test_a_system_shows_its_points_normals_and_bonded_pressure():
     place, pressure = PLANE.plot()
     assert np.array_equal(np.column_stack(place.get_lines()[0].get_data()), PLANE.points)
@@ -177,10 +132,10 @@ def test_a_filled_face_leaves_its_hole_out_and_joins_no_contacts():
     ax = fo.shakedown_limit(contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), F).plot()
     (filled,) = [one for one in ax.collections if isinstance(one, TriMesh)]
     assert filled.get_array().shape == (len(points),)
-    mesh = face_maps._triangles(contact, ring, np.ones(len(points), dtype=bool))
+    mesh = face._triangles(contact, ring, np.ones(len(points), dtype=bool))
     corners = ring[mesh.get_masked_triangles()]
     sides = corners[:, 1:] - corners[:, :1]
     assert np.abs(np.linalg.det(sides)).sum() == pytest.approx(24 * np.sin(2 * np.pi / 24) * (3.5**2 - 2.0**2), rel=0.02)
     halves = replace(contact, contact=["a"] * 48 + ["b"] * 48)
-    apart = face_maps._triangles(halves, ring, np.ones(len(points), dtype=bool)).get_masked_triangles()
+    apart = face._triangles(halves, ring, np.ones(len(points), dtype=bool)).get_masked_triangles()
     assert ((apart < 48).all(axis=1) | (apart >= 48).all(axis=1)).all()

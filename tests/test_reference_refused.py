@@ -21,8 +21,8 @@ CASES = [
     (reference.single_node_dissipation, ABOVE | {"f": 4.0}, r"f: 4 .*critical friction A/\|B\| = 4.*less friction"),
     (reference.single_node_dissipation, ABOVE | {"load_factor": -0.1}, "load_factor: -0.1"),
     (reference.single_node_dissipation, ABOVE | {"p0": -1.0}, "p0: -1; the mean load lifts the node off, give more pressure"),
-    (reference.masing_dissipation, {"k": [1, 0], "bound": 1, "X": 1}, "k: 0; give positive stiffnesses"),
-    (reference.masing_dissipation, {"k": [1, 2], "bound": [0.1, -0.2], "X": 1}, "bound: -0.2; give friction bounds of at least 0"),
+    (reference.masing_dissipation, {"k": [1, 0], "bound": 1, "X": 1}, "k: 0 at node 1; give positive stiffnesses"),
+    (reference.masing_dissipation, {"k": [1, 2], "bound": [0.1, -0.2], "X": 1}, "bound: -0.2 at node 1; give friction bounds of at least 0"),
     (reference.rod_dissipation, {"F0": -1, "EA": 1, "tau": 1, "h": 1}, "F0: -1"),
     (reference.foundation_rod, {"nodes": 0, "EA": 1, "h": 1}, "nodes: 0"),
     (reference.LineContact, CYLINDER | {"P": 0}, "P: 0"),
@@ -34,8 +34,8 @@ CASES = [
     (reference.sliding_corner_exponent, {"f": 2.1}, "f: 2.1 .*outward slip; give friction below 2.03788"),
     (reference.sliding_corner_exponent, {"f": 0.4, "slip": "inward"}, "f: 0.4 .*inward slip; give friction below 0.31831"),
     (reference.sliding_corner_exponent, {"f": 0.4, "slip": "sideways"}, "slip: 'sideways'; give 'outward' or 'inward'"),
-    *((mode.stress, {"r": [1.0, 0.0], "theta": 0.0}, "r: 0; give distances above 0") for mode in reference.bonded_corner()),
-    *((mode.stress, {"r": 1.0, "theta": np.nan}, "theta: value nan") for mode in reference.bonded_corner()),
+    *((mode.stress, {"r": [1.0, 0.0], "theta": 0.0}, "r: 0 at index 1; give distances above 0") for mode in reference.bonded_corner()),
+    *((mode.stress, {"r": 1.0, "theta": np.nan}, "theta: nan") for mode in reference.bonded_corner()),
 ]
 
 

@@ -149,5 +149,5 @@ def test_an_interference_closes_as_a_negative_gap_would():
     d = np.array([0.0, 0.1, 0.2, 0.0])
     q, p = system.with_interference({"fit": d, "one": 0.5}).reaction({"mean": 1.0, "fit": 2.0})
     assert np.allclose(np.r_[q, p], np.r_[system.bonded["mean"]] + system.S @ np.r_[np.zeros(4), 2.0 * d])
-    with pytest.raises(fo.ModelError, match=r"cases\['fit'\]: -0\.2 at node 2; give overlaps >= 0"):
+    with pytest.raises(fo.ModelError, match=r"cases\['fit'\]: -0\.1 at node 1; give overlaps >= 0"):
         system.with_interference({"fit": -d})

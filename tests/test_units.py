@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import frictopt as fo
-from frictopt.contact.units import in_units
+from frictopt.plots.style import in_units
 from systems import CYCLE, random_system
 
 pytestmark = pytest.mark.usefixtures("no_figures_stay_open")

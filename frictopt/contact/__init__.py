@@ -5,6 +5,7 @@ from .checks import (
     Array,
     Booleans,
     Integers,
+    check_entries,
     check_text,
     checked_cases,
     checked_contact,
@@ -15,6 +16,7 @@ from .checks import (
     finite_numbers,
     first_of,
     flag,
+    for_each,
     frozen,
     listed,
     per_node,
@@ -26,11 +28,10 @@ from .checks import (
     whole_array,
     whole_number,
 )
-from .coulomb import Verdict, friction_coefficients, lengths, off_law, referee
+from .coulomb import ContactState, Verdict, friction_coefficients, lengths, off_law, referee
 from .cycle import LoadCycle, checked_cycle
 from .parts import joined, parted
 from .progress import bar_of
 from .result import Attempt, LimitKind, Outcome, Plotted, Recorded, Shown, SolveRecord, Table, components, frame, places
-from .state import ContactState
 from .system import ContactSystem, checked_plane, checked_system, reactions
 from .tolerances import *

@@ -3,7 +3,7 @@
 import copyreg
 import sys
 import warnings
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import wraps
 from inspect import signature
@@ -44,66 +44,91 @@ def whole(values: ArrayLike) -> Integers:
     return copy
 
 
+def real_array(name: str, values: object) -> Array:
+    """Check that `values` is an array of real numbers (NaN and infinities included) and return it as a float64 copy."""
+    try:
+        raw = np.asarray(values)
+        masked = any(isinstance(part, np.ma.MaskedArray) for part in (values, *(values if isinstance(values, list | tuple) else ())))
+        if raw.dtype.kind not in "fiu" or masked:
+            raise TypeError("masked numbers" if masked else f"its dtype is {raw.dtype}")
+        with np.errstate(over="ignore"):  # extended precision may not fit; infinities are for the caller to refuse
+            return np.array(raw, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise ModelError(f"{name}: {shown(values)} ({error}); give an array of real numbers") from error
+
+
+def check_entries(name: str, values: Array, fits: Booleans, remedy: str, at: str = "node") -> None:
+    """Refuse an array with an entry that does not fit, by its first one and what to give."""
+    if not fits.all():
+        where = tuple(np.argwhere(~fits)[0].tolist())
+        place = f" at {at} {where if len(where) > 1 else where[0]}" if where else ""
+        raise ModelError(f"{name}: {values[where]:g}{place}; {remedy}")
+
+
 def finite_array(name: str, values: object, shape: tuple[int | None, ...] | None = None) -> Array:
     """Check that `values` is a real, finite array of `shape` (None in it: any length) and return it as a read-only float64 copy."""
     raw = real_array(name, values)
     if shape and (raw.ndim != len(shape) or any(want not in (None, have) for have, want in zip(raw.shape, shape, strict=True))):
         raise ModelError(f"{name}: shape {raw.shape}, expected {str(shape).replace('None', 'any')}")
-    fits = np.abs(raw) <= _LARGEST  # also false for NaN
-    if not fits.all():
-        where = tuple(int(i) for i in np.argwhere(~fits)[0])
-        at = f" at index {where if len(where) > 1 else where[0]}" if where else ""
-        raise ModelError(f"{name}: value {raw[where]}{at}; give finite numbers of at most {_LARGEST:g}")
+    check_entries(name, raw, np.abs(raw) <= _LARGEST, f"give finite numbers of at most {_LARGEST:g}", "index")  # false for NaN
     raw.flags.writeable = False
     return raw
 
 
-def real_array(name: str, values: object) -> Array:
-    """Check that `values` is an array of real numbers (NaN and infinities included) and return it as a float64 copy."""
-    if hasattr(values, "toarray"):
-        raise ModelError(f"{name}: a sparse {type(values).__name__}; give a dense array, `.toarray()`")
-    if any(isinstance(part, np.ma.MaskedArray) for part in (values, *(values if isinstance(values, list | tuple) else ()))):
-        raise ModelError(f"{name}: a masked array; fill or drop masked numbers, which would count as they are")
-    try:
-        raw = np.asarray(values)
-    except (TypeError, ValueError) as error:
-        raise ModelError(f"{name}: {shown(values)} is no array, or has rows of different lengths; give a rectangular array") from error
-    if raw.dtype.kind not in "fiu":
-        of_object = " (of a result, one of its attributes, such as `.slip`)" if hasattr(values, "slip") else ""
-        remedy = {"b": " (of a mask, `np.flatnonzero(mask)`)", "U": " (of a text, its `float`)"}.get(raw.dtype.kind, of_object)
-        raise ModelError(f"{name}: {shown(values)} (dtype {raw.dtype}) is not numeric; give real numbers{remedy}")
-    with np.errstate(over="ignore"):  # extended precision may not fit; infinities are for the caller to refuse
-        return np.array(raw, dtype=np.float64, order="C")
+def whole_array(name: str, values: object, shape: tuple[int | None, ...], *, least: int, most: int) -> Integers:
+    """Check that `values` is an array of integers from `least` to `most`, of `shape` (None in it: any length), and return a copy."""
+    numbers = finite_array(name, values, shape)
+    fits = (numbers == np.round(numbers)) & (numbers >= least) & (numbers <= most)
+    check_entries(name, numbers, fits, f"give integers from {least} to {most}", "index")
+    return numbers.astype(np.intp)
+
+
+def for_each(name: str, values: Array, nodes: int) -> Array:
+    """Check that there is one number for all nodes or one for each, and return them as (N,)."""
+    if values.shape not in ((), (nodes,)):
+        raise ModelError(f"{name}: shape {values.shape}; give one number, or one for each of the {nodes} nodes")
+    return np.broadcast_to(values, (nodes,))
 
 
 def per_node(name: str, values: object, nodes: int, negative: str = "") -> Array:
     """Check real, finite numbers, one for all nodes or one for each, and return them as (N,); none below 0 where a text says why not."""
     if isinstance(values, Mapping):
-        raise ModelError(
-            f"{name}: a {type(values).__name__}; give one number, or one for each node, as `np.where(system.contact == 'head', 0.15, 0.3)`"
-        )
+        remedy = "give one number, or one for each node, as `np.where(system.contact == 'head', 0.15, 0.3)`"
+        raise ModelError(f"{name}: a {type(values).__name__}; {remedy}")
     array = finite_array(name, values)
-    if array.shape not in ((), (nodes,)):
-        raise ModelError(f"{name}: shape {array.shape}; give one number, or one for each of the {nodes} nodes")
-    if negative and array.min() < 0:
-        at = f" at node {int(array.argmin())}" if array.ndim else ""
-        raise ModelError(f"{name}: {array.min():g}{at}; {negative}")
-    return np.broadcast_to(array, (nodes,))
+    each = for_each(name, array, nodes)
+    if negative:
+        check_entries(name, array, array >= 0, negative)
+    return each
 
 
 def finite_number(name: str, value: object, *, least: float = -np.inf, above: float = -np.inf, below: float = np.inf) -> float:
     """Check that `value` is one real finite number with `value >= least`, `value > above` and `value < below`."""
     scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
-    if isinstance(scalar, bool | np.timedelta64) or not isinstance(scalar, Real):
-        raise ModelError(f"{name}: {shown(value)} is not one real number")
+    real = isinstance(scalar, Real) and not isinstance(scalar, bool | np.timedelta64)
     try:
-        number = float(scalar)
-    except OverflowError as error:
-        raise ModelError(f"{name}: {shown(value)} is not one real number of at most {_LARGEST:g}") from error
+        number = float(scalar) if real else np.nan  # type: ignore[arg-type]
+    except OverflowError:  # an integer of hundreds of digits
+        number, real = np.inf, False
     if not (abs(number) <= _LARGEST and number >= least and number > above and number < below):
         limits = [f"at least {least:g}"] * (least > -np.inf) + [f"above {above:g}"] * (above > -np.inf) + [f"below {below:g}"] * (below < np.inf)
-        raise ModelError(f"{name}: {number!r}; it must be {' and '.join(['finite', *limits])}")
+        told = f"{number!r}; it must be" if real else f"{shown(value)} is not one real number; it must be"
+        raise ModelError(f"{name}: {told} {' and '.join(['finite', *limits])}")
     return number
+
+
+def whole_number(name: str, value: object, *, least: int, most: int = 10**6) -> int:
+    """Check that `value` is an integer from `least` to `most`; by default `most` is a million, more than any count that makes sense."""
+    if not isinstance(value, int | np.integer) or isinstance(value, bool | np.timedelta64) or not least <= value <= most:
+        raise ModelError(f"{name}: {shown(value)}; it must be a whole number of at least {least} and at most {most}")
+    return int(value)
+
+
+def listed(name: str, values: object) -> list[Any]:
+    """Check that `values` is an iterable, but not a text, bytes or a mapping, and return it as a list."""
+    if isinstance(values, str | bytes | Mapping) or not np.iterable(values):
+        raise ModelError(f"{name}: {shown(values)}; give a list")
+    return list(values)
 
 
 def finite_numbers(name: str, values: object, *, least: float = -np.inf) -> list[float]:
@@ -111,18 +136,44 @@ def finite_numbers(name: str, values: object, *, least: float = -np.inf) -> list
     return [finite_number(name, value, least=least) for value in listed(name, values)]
 
 
-def listed(name: str, values: object) -> list[Any]:
-    """Check that `values` is an iterable, but not a text, bytes, a mapping, a masked or a sparse array, and return it as a list."""
-    if isinstance(values, str | bytes | Mapping) or hasattr(values, "toarray") or isinstance(values, np.ma.MaskedArray) or not np.iterable(values):
-        raise ModelError(f"{name}: {shown(values)}; give a list")
-    return list(values)
-
-
 def listed_parts(argument: str, parts: object, *kinds: type[T]) -> tuple[T, ...]:
     """Check that `parts` is a sequence of parts of some kinds, and return it as a tuple."""
-    if isinstance(parts, str) or not isinstance(parts, Sequence) or not all(isinstance(part, kinds) for part in parts):
+    if not isinstance(parts, Sequence) or not all(isinstance(part, kinds) for part in parts):
         raise ModelError(f"{argument}: {shown(parts)}; give a list of {' or '.join(kind.__name__ for kind in kinds)}")
     return tuple(parts)
+
+
+def flags(name: str, values: object, n: int) -> Booleans:
+    """Check that `values` are True or False for each of n nodes."""
+    found = listed(name, values)
+    if len(found) != n or not all(isinstance(each, bool | np.bool_) for each in found):
+        raise ModelError(f"{name}: {shown(values)}; give True or False for each of {n} nodes")
+    return np.array(found, dtype=bool)
+
+
+def flag(name: str, value: object) -> bool:
+    """Check that `value` is True or False."""
+    if not isinstance(value, bool | np.bool_):
+        raise ModelError(f"{name}: {shown(value)}; give True or False")
+    return bool(value)
+
+
+def choice(name: str, value: T, options: Collection[str]) -> T:
+    """Check that `value` is one of some texts."""
+    if not isinstance(value, str) or value not in options:
+        raise ModelError(f"{name}: {shown(value)}; give {' or '.join(map(repr, options))}")
+    return value
+
+
+def check_text(argument: str, value: object, meaning: str, what: str = "") -> None:
+    """Check a printable text; error messages say what it is and what it means."""
+    if not isinstance(value, str) or not value or not value.isprintable():
+        raise ModelError(f"{argument}: {what}{shown(value)}; give {meaning}")
+
+
+def check_name(argument: str, name: object) -> None:
+    """Check the name of a load case: a printable text."""
+    check_text(argument, name, "a printable text", "load case name ")
 
 
 def _read_only(entries: dict[T, object]) -> MappingProxyType[T, object]:
@@ -149,12 +200,6 @@ def checked_loads(name: str, loads: object) -> Mapping[str, float]:
     return MappingProxyType({case: finite_number(f"{name}[{case!r}]", amplitude) for case, amplitude in cases.items()})
 
 
-def checked_overlaps(name: str, cases: object, n: int) -> dict[str, Array]:
-    """Check interferences, load case name -> overlap >= 0, one number or (n,), and return (n,) overlaps."""
-    less, given = "give overlaps >= 0, and an opening as a gap", checked_cases(name, cases, "overlap")
-    return {case: per_node(f"{name}[{case!r}]", overlap, n, less) for case, overlap in given.items()}
-
-
 def checked_contact(argument: str, contact: object, n: int) -> Names:
     """Check the names of the contacts of n nodes, each name in one run of nodes, and return them read-only."""
     names = listed(argument, contact)
@@ -162,65 +207,25 @@ def checked_contact(argument: str, contact: object, n: int) -> Names:
         raise ModelError(f"{argument}: {len(names)} names for {n} nodes; give the name of the contact of each node")
     for i, name in enumerate(names):
         check_text(f"{argument} of node {i}", name, "a printable text")
-    begun: set[str] = set()
-    for i, name in enumerate(names):
-        if i and name != names[i - 1] and name in begun:
+        if i and name != names[i - 1] and name in names[:i]:
             raise ModelError(f"{argument}: {shown(name)} begins again at node {i}; order the nodes contact after contact")
-        begun.add(name)
     copy = np.array(names, dtype=np.str_)
     copy.flags.writeable = False
     return copy
 
 
-def check_name(argument: str, name: object) -> None:
-    """Check the name of a load case: a printable text."""
-    if not isinstance(name, str) or not name or not name.isprintable():
-        raise ModelError(f"{argument}: load case name {shown(name)}; give a printable text")
+def checked_units(units: object) -> str | None:
+    """Check the names of the units of force and length, "N, mm"; None: not known. No number depends on them.
 
-
-def check_text(argument: str, value: object, meaning: str) -> None:
-    """Check a printable text; error messages say what it means."""
-    if not isinstance(value, str) or not value or not value.isprintable():
-        raise ModelError(f"{argument}: {shown(value)}; give {meaning}")
-
-
-def choice(name: str, value: T, options: Collection[str]) -> T:
-    """Check that `value` is one of some texts."""
-    if not isinstance(value, str) or value not in options:
-        raise ModelError(f"{name}: {shown(value)}; give {' or '.join(map(repr, options))}")
-    return value
-
-
-def flag(name: str, value: object) -> bool:
-    """Check that `value` is True or False."""
-    if not isinstance(value, bool | np.bool_):
-        raise ModelError(f"{name}: {shown(value)}; give True or False")
-    return bool(value)
-
-
-def flags(name: str, values: object, n: int) -> Booleans:
-    """Check that `values` are True or False for each of n nodes."""
-    found = np.array(listed(name, values), dtype=object)
-    if found.shape != (n,) or not all(isinstance(each, bool | np.bool_) for each in found):
-        raise ModelError(f"{name}: {shown(values)}; give True or False for each of {n} nodes")
-    return found.astype(bool)
-
-
-def whole_number(name: str, value: object, *, least: int, most: int = 10**6) -> int:
-    """Check that `value` is an integer from `least` to `most`; by default `most` is a million, more than any count that makes sense."""
-    if not isinstance(value, int | np.integer) or isinstance(value, bool | np.timedelta64) or not least <= value <= most:
-        raise ModelError(f"{name}: {shown(value)}; it must be a whole number of at least {least} and at most {most}")
-    return int(value)
-
-
-def whole_array(name: str, values: object, shape: tuple[int | None, ...], *, least: int, most: int) -> Integers:
-    """Check that `values` is an array of integers from `least` to `most`, of `shape` (None in it: any length), and return a copy."""
-    numbers = finite_array(name, values, shape)
-    fits = (numbers == np.round(numbers)) & (numbers >= least) & (numbers <= most)
-    if not fits.all():
-        where = tuple(int(i) for i in np.argwhere(~fits)[0])
-        raise ModelError(f"{name}: {numbers[where]:g} at index {where if len(where) > 1 else where[0]}; give integers from {least} to {most}")
-    return numbers.astype(np.intp)
+    Raises
+    ------
+    ModelError
+        No text, or not two names.
+    """
+    names = [name.strip() for name in units.split(",")] if isinstance(units, str) else []
+    if units is not None and not (len(names) == 2 and all(names) and all(map(str.isprintable, names))):
+        raise ModelError(f'units: {shown(units)}; give the names of the units of force and length, such as "N, mm"')
+    return ", ".join(names) or None
 
 
 def warns_of_odd_values(question: F) -> F:
@@ -230,20 +235,9 @@ def warns_of_odd_values(question: F) -> F:
     @wraps(question)
     def asked(*args: object, **kwargs: object) -> object:
         caller = sys._getframe(1).f_globals.get("__name__", "")
-        if caller.startswith(_OURS) and caller != _COMMAND:
-            return question(*args, **kwargs)
-        given = dict(zip(names, args, strict=False)) | kwargs
-        with suppress(ModelError, TypeError):  # what is no number is for the question to refuse
-            many = given.get("frictions", [given.get("friction", 0.0)])
-            asked_for = many if isinstance(many, Collection) else []  # others may be used up by looking at them
-            friction = max((float(real_array("friction", one).max(initial=0.0)) for one in asked_for), default=0.0)
-            if friction > _ROUGH:
-                text = f"friction: {friction:g}, above {_ROUGH:g}; give the coefficient of friction, not per cent"
+        if not caller.startswith(_OURS) or caller == _COMMAND:
+            for text in _odd(dict(zip(names, args, strict=False)) | kwargs):
                 warnings.warn(text, ModelWarning, stacklevel=2)
-        load_factor = given.get("load_factor")
-        if isinstance(load_factor, Real) and load_factor == 0 and getattr(given.get("cycle"), "fixed", ()) is None:
-            text = "load_factor: 0; the corners of the cycle carry no load then, only the mean load acts"
-            warnings.warn(text, ModelWarning, stacklevel=2)
         return question(*args, **kwargs)
 
     return asked  # type: ignore[return-value]
@@ -252,6 +246,20 @@ def warns_of_odd_values(question: F) -> F:
 def first_of(bad: Booleans | np.bool_, most: Array | None = None) -> int | None:
     """The number of the first thing that is bad, or of the bad one that has most of something; None if none is."""
     return None if not np.any(bad) else int(np.argmax(bad if most is None else np.where(bad, most, -np.inf)))
+
+
+def _odd(given: Mapping[str, Any]) -> Iterator[str]:
+    """What may not be meant in the arguments of a question."""
+    many = given.get("frictions", [given.get("friction", 0.0)])
+    asked_for = many if isinstance(many, Collection) else []  # others may be used up by looking at them
+    friction = 0.0
+    with suppress(ModelError, TypeError):  # what is no number is for the question to refuse
+        friction = max((float(real_array("friction", one).max(initial=0.0)) for one in asked_for), default=0.0)
+    if friction > _ROUGH:
+        yield f"friction: {friction:g}, above {_ROUGH:g}; give the coefficient of friction, not per cent"
+    load_factor = given.get("load_factor")
+    if isinstance(load_factor, Real) and load_factor == 0 and getattr(given.get("cycle"), "fixed", ()) is None:
+        yield "load_factor: 0; the corners of the cycle carry no load then, only the mean load acts"
 
 
 def place(point: Array) -> str:

@@ -1,4 +1,4 @@
-"""Coulomb's law: friction coefficients, and the residual of a state (Flicek et al. 2015, section 2)."""
+"""Coulomb's law: friction coefficients, the residual of a state (Flicek et al. 2015, section 2), and states from which a transient may go on."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import ModelError
-from .checks import Array, finite_number, per_node, real_array
+from .checks import Array, Booleans, check_entries, finite_array, finite_number, per_node, real_array, shown, whole_number
 from .parts import joined
-from .result import Shown
+from .result import Shown, Table, components, frame
 from .system import ContactSystem, checked_system
 
 
@@ -188,3 +188,84 @@ def _states(name: str, value: object, shape: tuple[int, ...]) -> Array:
     if array.ndim not in (len(shape), len(shape) + 1) or array.shape[-len(shape) :] != shape or not array.size:
         raise ModelError(f"{name}: shape {array.shape}; give {shape} or (states, {str(shape)[1:]}")
     return array.reshape(-1, *shape)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactState(Shown):
+    """Slip and gap of all nodes under a load: all that the future of a quasi-static contact depends on.
+
+    Nodes may be open. The reactions follow from the system, so the state fits the system and the friction that it was computed with.
+
+    Parameters
+    ----------
+    slip, gap
+        Slip v, (N,) along +x in the plane, (N, 2) along the tangents in space, and (N,) gap w (initial gap included, >= 0), length.
+    bonded_q, bonded_p
+        Bonded reactions of the load, as `ContactSystem.reaction` gives them, in the shape of `slip` and (N,): force per depth, in space force.
+    next_corner, next_loads
+        Number of the corner that the load goes to next, in a straight line; and what it is called, as `LoadCycle.corner_names` writes its loads.
+        None: its number.
+
+    Raises
+    ------
+    ModelError
+        Arrays of different lengths, entries not finite, a negative gap, or a corner that is no whole number >= 0.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> before = fo.steady_state(rod, cycle, friction=0.5, load_factor=1.0)
+    >>> before.state
+    ContactState(nodes=4, open=0, next_corner='force = +1')
+    >>> fo.steady_state(rod, cycle, friction=0.5, load_factor=0.4, initial_state=before.state).outcome.name
+    'SHAKEDOWN'
+    """
+
+    slip: Array
+    gap: Array
+    bonded_q: Array
+    bonded_p: Array
+    next_corner: int = 0
+    next_loads: str | None = None
+
+    def __post_init__(self) -> None:
+        slip = finite_array("slip", self.slip, (None,) if real_array("slip", self.slip).ndim < 2 else (None, 2))
+        shapes = {"gap": slip.shape[:1], "bonded_q": slip.shape, "bonded_p": slip.shape[:1]}
+        arrays = {name: finite_array(name, getattr(self, name), shape) for name, shape in shapes.items()}
+        if not len(slip):
+            raise ModelError("slip: no nodes; a state has at least one")
+        check_entries("gap", arrays["gap"], arrays["gap"] >= 0, "the bodies cannot overlap, give gap >= 0")
+        corner = whole_number("next_corner", self.next_corner, least=0)
+        if self.next_loads is not None and not isinstance(self.next_loads, str):
+            raise ModelError(f"next_loads: {shown(self.next_loads)} is no text; give the loads of the corner as LoadCycle.corner_names writes them")
+        vars(self).update(slip=slip, **arrays, next_corner=corner)
+
+    @property
+    def open(self) -> Booleans:
+        """(N,) which nodes have a gap."""
+        return self.gap > 0
+
+    def to_frame(self) -> Table:
+        """The DataFrame of the nodes: columns node, slip (in space slip1, slip2), gap."""
+        return frame({"node": range(len(self.slip)), **components("slip", self.slip), "gap": self.gap})
+
+    def _answer(self) -> Mapping[str, object]:
+        return {
+            "nodes": len(self.slip),
+            "open": int(self.open.sum()),
+            "next_corner": self.next_corner if self.next_loads is None else repr(self.next_loads),
+        }
+
+
+def checked_state(name: str, state: object, system: ContactSystem, corners: int) -> ContactState:
+    """Check that `state` is a state of a contact under a load cycle of K corners."""
+    if not isinstance(state, ContactState):
+        raise ModelError(f"{name}: a {type(state).__name__}; give a ContactState, as `.state` of a steady state or `.state_at(...)` of a trajectory")
+    if state.slip.shape != system.slip_shape:
+        raise ModelError(f"{name}: its slip has the shape {state.slip.shape}, that of the contact {system.slip_shape}; give a state of this contact")
+    if state.next_corner >= corners:
+        called = f" ({state.next_loads})" if state.next_loads else ""
+        raise ModelError(f"{name}: its next corner is {state.next_corner}{called}, the load cycle has the corners 0 to {corners - 1}")
+    return state

@@ -70,22 +70,14 @@ class LoadCycle(Plotted):
     times: Sequence[object] | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
-        vars(self).update(mean=checked_loads("mean", self.mean), corners=_checked("corners", self.corners))
-        if not self.corners:
+        mean, corners = checked_loads("mean", self.mean), _checked("corners", self.corners)
+        if not corners:
             raise ModelError("corners: empty; a load cycle visits at least one corner")
         fixed = None if self.fixed is None else _checked("fixed", self.fixed)
-        if fixed is not None and len(fixed) != len(self.corners):
-            raise ModelError(f"fixed: {len(fixed)} loads for {len(self.corners)} corners; give one for each, {{}} where there is none")
-        given = None if self.times is None else listed("times", self.times)
-        times = None if given is None else tuple(float(time / _SECOND) if isinstance(time, timedelta | np.timedelta64) else time for time in given)
-        if times is not None and len(times) - len(self.corners) not in (0, 1):
-            raise ModelError(f"times: {len(times)} for {len(self.corners)} corners; give one for each, and one more for the return to the first")
-        for time in times or ():
-            if isinstance(time, Real):
-                finite_number("times", time)
-            elif not hasattr(time, "isoformat") or time != time:  # a date that is missing differs from itself
-                raise ModelError(f"times: {shown(time)} is neither a number nor a date; give one of these, of texts by pandas.to_datetime")
-        vars(self).update(fixed=fixed if fixed and any(fixed) else None, times=times)
+        if fixed is not None and len(fixed) != len(corners):
+            raise ModelError(f"fixed: {len(fixed)} loads for {len(corners)} corners; give one for each, {{}} where there is none")
+        times = None if self.times is None else _times(self.times, len(corners))
+        vars(self).update(mean=mean, corners=corners, fixed=fixed if fixed and any(fixed) else None, times=times)
 
     def __hash__(self) -> int:
         loads = self.mean, *self.corners, *(self.fixed or ())
@@ -106,15 +98,7 @@ class LoadCycle(Plotted):
         ('t = 0: sigma = -1', 't = 2.5: sigma = +1, Q = +0.5')
         """
         fixed = [{}] * len(self.corners) if self.fixed is None else self.fixed
-        names = []
-        for corner, part in zip(self.corners, fixed, strict=True):
-            told = [
-                f"{case} = {amplitude:+.4g}{of}"
-                for loads, of in ((corner, ""), (part, " fixed"))
-                for case, amplitude in loads.items()
-                if abs(amplitude) > ROUNDING * max(map(abs, loads.values()))  # else it is zero but for rounding
-            ]
-            names.append(", ".join(told) or "mean load")
+        names = [", ".join([*_told(corner, ""), *_told(part, " fixed")]) or "mean load" for corner, part in zip(self.corners, fixed, strict=True)]
         if self.times is not None:
             clock = [f"{time:g}" if isinstance(time, Real) else str(time) for time in self.times]
             names = [f"t = {time}: {name}" for time, name in zip(clock, names, strict=False)]
@@ -230,9 +214,28 @@ def _checked(name: str, loads: object) -> tuple[Mapping[str, float], ...]:
     return tuple(checked_loads(f"{name}[{k}]", load) for k, load in enumerate(loads))
 
 
+def _times(given: object, corners: int) -> tuple[object, ...]:
+    """Check the times of the corners, numbers or dates; times passed become seconds."""
+    times = tuple(float(time / _SECOND) if isinstance(time, timedelta | np.timedelta64) else time for time in listed("times", given))
+    if len(times) - corners not in (0, 1):
+        raise ModelError(f"times: {len(times)} for {corners} corners; give one for each, and one more for the return to the first")
+    for time in times:
+        if isinstance(time, Real):
+            finite_number("times", time)
+        elif not hasattr(time, "isoformat") or time != time:  # a date that is missing differs from itself
+            raise ModelError(f"times: {shown(time)} is neither a number nor a date; give one of these, of texts by pandas.to_datetime")
+    return times
+
+
 def _sum(one: Mapping[str, float], other: Mapping[str, float], factor: float = 1.0) -> dict[str, float]:
     """One load plus a multiple of another."""
     return {**one, **{name: one.get(name, 0.0) + factor * amplitude for name, amplitude in other.items()}}
+
+
+def _told(loads: Mapping[str, float], of: str) -> list[str]:
+    """Loads in words, without those that are zero but for rounding."""
+    most = max(map(abs, loads.values()), default=0.0)
+    return [f"{case} = {amplitude:+.4g}{of}" for case, amplitude in loads.items() if abs(amplitude) > ROUNDING * most]
 
 
 def _text(loads: Sequence[Mapping[str, float]]) -> str:

@@ -1,12 +1,15 @@
 """Corners of a load cycle from what engineers have: a history in a table, or load cases that vary independently."""
 
+from collections import Counter
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from numbers import Real
+from typing import Any
 
 import numpy as np
 
 from ..errors import ModelError
-from .checks import Array, check_name, checked_loads, finite_array, finite_number, listed, shown
+from .checks import Array, check_name, checked_loads, choice, finite_array, finite_number, listed, shown
+from .result import Table
 
 _ROUNDING = 4 * np.finfo(float).eps  # distance from the straight segment, over the largest amplitude of the load case, that counts as rounding
 _MOST_CORNERS = 100_000
@@ -70,41 +73,14 @@ def history_corners(
     history: object, mean: object, time: object, tolerance: object
 ) -> tuple[dict[str, float], list[dict[str, float]], list[object] | None]:
     """Mean load, corners and their times, with that of the return of a closed history, see `LoadCycle.from_history`."""
-    import pandas as pd  # here, for only a history needs it
-
-    if not isinstance(history, pd.DataFrame):
-        made = " (its to_frame(name) makes one)" if isinstance(history, pd.Series) else ""
-        raise ModelError(f"history: a {type(history).__name__}; give a pandas DataFrame{made}, a column for each load case and a row for each time")
-    if not history.columns.is_unique:
-        raise ModelError(f"history: the column {history.columns[history.columns.duplicated()][0]!r} stands twice; give each load case once")
-    asked = time is None and not _clock(history.columns)  # the index
-    if asked and history.index.nlevels > 1:
-        raise ModelError(f"history: an index of {history.index.nlevels} levels; make columns of the time and of the loads by reset_index()")
-    timed = asked and (history.index.dtype.kind in "mM" or _clock([history.index.name]))
-    table = history.reset_index(names="time") if timed else history
-    clock = _time_column(list(table.columns), time)
+    table, clock = _timed(history, time)
     cases = [name for name in table.columns if clock is None or name != clock]
-    for name in cases:
-        check_name("history", name)
-        if table[name].dtype.kind in "mMO" and (odd := [value for value in table[name] if not isinstance(value, Real)]):
-            raise ModelError(f"history[{name!r}]: {shown(odd[0])} is no number; give numbers, or say time={name!r} if this is the time")
-    if not cases or not len(table):
-        raise ModelError(f"history: {len(table)} rows, {len(cases)} load cases; give at least one of each")
-    if clock is not None:
-        try:
-            ordered = not table[clock].isna().any() and bool(table[clock].is_monotonic_increasing)
-        except TypeError:  # neither numbers nor dates alone
-            ordered = False
-        if not ordered:
-            where = "history.index" if timed else f"history[{str(clock)!r}]"
-            raise ModelError(f"{where}: the time decreases or is missing somewhere; sort the rows by time")
-    loads = np.column_stack([finite_array(f"history[{name!r}]", table[name].to_numpy(), (None,)) for name in cases])
-    given = {} if mean is None else dict(checked_loads("mean", mean))
+    loads = _amplitudes(table, cases)
     middle = {name: float(low / 2 + high / 2) for name, low, high in zip(cases, loads.min(axis=0), loads.max(axis=0), strict=True)}
-    static = middle if mean is None else given
+    static = middle if mean is None else dict(checked_loads("mean", mean))
     varying = loads - np.array([static.get(name, 0.0) for name in cases])
-    names = [name for name, column in zip(cases, varying.T, strict=True) if column.any()]
-    points = varying[:, varying.any(axis=0)]
+    moves = varying.any(axis=0)
+    names, points = [name for name, there in zip(cases, moves, strict=True) if there], varying[:, moves]
     if share := finite_number("tolerance", tolerance, least=0.0, below=1.0):
         ranges = np.ptp(points, axis=0)
         numbers = reversals(points / (share * np.where(ranges > 0, ranges, 1.0)))
@@ -116,16 +92,58 @@ def history_corners(
     return static, [dict(zip(names, points[number].tolist(), strict=True)) for number in numbers], times
 
 
+def _timed(history: Any, time: object) -> tuple[Table, str | None]:
+    """The history with its time, by which its rows are sorted, in a column; and the name of that column, None without one."""
+    import pandas as pd  # here, for only a history needs it
+
+    if not isinstance(history, pd.DataFrame):
+        made = " (its to_frame(name) makes one)" if isinstance(history, pd.Series) else ""
+        raise ModelError(f"history: a {type(history).__name__}; give a pandas DataFrame{made}, a column for each load case and a row for each time")
+    if not history.columns.is_unique:
+        raise ModelError(f"history: the column {history.columns[history.columns.duplicated()][0]!r} stands twice; give each load case once")
+    if time is not None:
+        clock, where = choice("time", time, [name for name in history.columns if isinstance(name, str)]), f"history[{time!r}]"
+    elif (clock := _clock(history.columns)) is not None:
+        where = f"history[{clock!r}]"
+    elif history.index.nlevels > 1:
+        raise ModelError(f"history: an index of {history.index.nlevels} levels; make columns of the time and of the loads by reset_index()")
+    elif history.index.dtype.kind in "mM" or _clock([history.index.name]):
+        history, clock, where = history.reset_index(names="time"), "time", "history.index"
+    else:
+        return history, None
+    try:
+        ordered = not history[clock].isna().any() and history[clock].is_monotonic_increasing
+    except TypeError:  # neither numbers nor dates alone
+        ordered = False
+    if not ordered:
+        raise ModelError(f"{where}: the time decreases or is missing somewhere; sort the rows by time")
+    return history, str(clock)
+
+
+def _amplitudes(table: Table, cases: list[str]) -> Array:
+    """(K, cases) amplitudes of the load cases."""
+    for name in cases:
+        check_name("history", name)
+        if table[name].dtype.kind in "mMO" and (odd := [value for value in table[name] if not isinstance(value, Real)]):
+            raise ModelError(f"history[{name!r}]: {shown(odd[0])} is no number; give numbers, or say time={name!r} if this is the time")
+    if not cases or not len(table):
+        raise ModelError(f"history: {len(table)} rows, {len(cases)} load cases; give at least one of each")
+    return np.column_stack([finite_array(f"history[{name!r}]", table[name].to_numpy(), (None,)) for name in cases])
+
+
+def _clock(names: Iterable[Hashable]) -> str | None:
+    """The name among these that says that it is the time."""
+    return next((name for name in names if isinstance(name, str) and name.lower() == "time"), None)
+
+
 def independent_corners(loads: Sequence[object]) -> list[dict[str, float]]:
     """All sums of one corner of each load, in an order in which one load at a time moves on, see `LoadCycle.vertices`."""
     parts = [part for number, load in enumerate(loads) for part in _parts(f"loads[{number}]", load)]
     if not parts:
         raise ModelError("loads: none; give at least one, a mapping of load case -> (least, most) or a list of corners")
-    names = [{name for corner in part for name in corner} for part in parts]
-    for number, mine in enumerate(names):
-        for other in names[:number]:
-            if both := mine & other:
-                raise ModelError(f"loads: load case {min(both)!r} is in two of them; loads that vary independently share no load case")
+    counts = Counter(name for part in parts for name in {name for corner in part for name in corner})
+    if twice := [name for name, count in counts.items() if count > 1]:
+        raise ModelError(f"loads: load case {min(twice)!r} is in two of them; loads that vary independently share no load case")
     count = int(np.prod([float(len(part)) for part in parts]))
     if count > _MOST_CORNERS:
         raise ModelError(f"loads: their domain has {count:.3g} vertices, the most are {_MOST_CORNERS}; give fewer loads, or fewer corners of each")
@@ -156,17 +174,3 @@ def _range(name: str, case: str, ends: object) -> list[Mapping[str, float]]:
     least = finite_number(f"{name} least", pair[0])
     most = finite_number(f"{name} most", pair[1], least=least)
     return [{case: least}, {case: most}] if most > least else [{case: least}]
-
-
-def _clock(names: Iterable[Hashable]) -> str | None:
-    """The name among these that says that it is the time."""
-    return next((name for name in names if isinstance(name, str) and name.lower() == "time"), None)
-
-
-def _time_column(columns: list[Hashable], time: object) -> Hashable:
-    """The column that holds the time; None if there is none."""
-    if time is None:
-        return _clock(columns)
-    if not isinstance(time, str) or time not in columns:
-        raise ModelError(f"time: {shown(time)}; give the name of a column of the history, one of {shown([str(name) for name in columns])}")
-    return time

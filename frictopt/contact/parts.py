@@ -1,4 +1,4 @@
-"""Checks of the parts of a contact system, the tangential and normal components of its vectors, and the course of contacts in the plane."""
+"""The parts of a contact system: components of its vectors, checks, the course of contacts in the plane; its stiffness, springs and overlaps."""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import ModelError
-from .checks import Array, Names, checked_cases, finite_array, frozen, real_array, shown
-from .tolerances import CONDENSATION, SAME_POINT
+from .checks import Array, Names, check_entries, checked_cases, finite_array, for_each, frozen, real_array, shown
+from .tolerances import CONDENSATION, RIGID, SAME_POINT
 
 _ORTHONORMAL = 10 * CONDENSATION  # error of the frames of the pairs up to which they are orthonormal, as for given normals
 _SOFTEST = 1e-150  # stiffness of a spring, and largest compliance: the product of two larger numbers overflows
@@ -29,9 +29,9 @@ def parted(r: Array, axes: int) -> tuple[Array, Array]:
 
 def check_order(x: Array) -> None:
     """Check that coordinates along an interface rise."""
-    if np.any(np.diff(x) <= 0):
-        first = int(np.argmax(np.diff(x) <= 0))
-        raise ModelError(f"x: x[{first + 1}] = {x[first + 1]:g} does not exceed x[{first}] = {x[first]:g}; order the nodes along the interface")
+    if (falls := np.diff(x) <= 0).any():
+        i = int(falls.argmax())
+        raise ModelError(f"x: x[{i + 1}] = {x[i + 1]:g} does not exceed x[{i}] = {x[i]:g}; order the nodes along the interface")
 
 
 def checked_frames(frames: object, n: int, axes: int) -> Array:
@@ -45,28 +45,29 @@ def checked_frames(frames: object, n: int, axes: int) -> Array:
     return checked
 
 
-def checked_width(width: object, n: int) -> Array:
-    """Check tributary lengths or areas."""
-    checked = finite_array("width", width, (n,))
-    if checked.min() <= 0:
-        raise ModelError(f"width: {checked.min():g} at node {int(checked.argmin())}; give the length or area that the node collects, > 0")
+def checked_gap(gap: object, n: int) -> Array:
+    """Check initial gaps; None, or empty: none."""
+    if gap is None or real_array("gap", gap).size == 0:
+        return frozen(np.zeros(n))
+    checked = finite_array("gap", gap, (n,))
+    check_entries("gap", checked, checked >= 0, "the bodies cannot overlap before loading, give gap >= 0")
     return checked
 
 
-def checked_springs(argument: str, stiffness: object, n: int | None = None) -> Array:
+def checked_width(width: object, n: int) -> Array:
+    """Check tributary lengths or areas."""
+    checked = finite_array("width", width, (n,))
+    check_entries("width", checked, checked > 0, "give the length or area that the node collects, > 0")
+    return checked
+
+
+def checked_springs(argument: str, stiffness: object, n: int) -> Array:
     """Check stiffnesses of springs, one number or (n,), > 0 and up to infinity."""
     given = real_array(argument, stiffness)
-    if given.shape not in ((), (n,)):
-        raise ModelError(f"{argument}: shape {given.shape}; give one number" + (f" or one for each node, {(n,)}" if n else ""))
-    values = np.broadcast_to(given, n or ())
-    fits = (values >= _SOFTEST) & ((values <= 1 / _SOFTEST) | (values == np.inf))  # also false for NaN
-    if not fits.all():
-        where = "" if given.ndim == 0 else f" at node {int(np.argmin(fits))}"
-        raise ModelError(
-            f"{argument}: {np.ravel(values)[np.argmin(fits)]:g}{where}; give the stiffness of the surface, force per length^3, from {_SOFTEST:g} to "
-            f"{1 / _SOFTEST:g}, or inf for a rigid one"
-        )
-    return frozen(values)
+    fits = (given >= _SOFTEST) & ((given <= 1 / _SOFTEST) | (given == np.inf))  # also false for NaN
+    remedy = f"give the stiffness of the surface, force per length^3, from {_SOFTEST:g} to {1 / _SOFTEST:g}, or inf for a rigid one"
+    check_entries(argument, given, fits, remedy)
+    return frozen(for_each(argument, given, n))
 
 
 def compliances(tangential: object, normal: object, width: Array, tangents: int) -> Array:
@@ -86,11 +87,10 @@ def checked_pair(argument: str, given: Any, n: int, tangents: int) -> tuple[Arra
     """Check tangential and normal forces of n nodes, (q, p) or all of them in the order of S."""
     shape = (n,) if tangents == 1 else (n, 2)
     try:
-        flat = np.ndim(given[0]) == 0
-        q, p = ((), ()) if flat else given
+        q, p = given if (pair := np.ndim(given[0]) > 0) else (None, None)
     except (TypeError, ValueError, IndexError, KeyError) as error:
         raise ModelError(f"{argument}: {shown(given)} is no pair; give (q, p), arrays of shapes {shape} and {(n,)}") from error
-    if flat:
+    if not pair:
         q, p = parted(finite_array(argument, given, ((tangents + 1) * n,)), tangents + 1)
     return finite_array(f"{argument} q", q, shape), finite_array(f"{argument} p", p, (n,))
 
@@ -120,3 +120,81 @@ def arc_length(points: Array, frames: Array, contact: Names | None) -> Array:
         x[piece] = start + np.r_[0.0, np.cumsum(lengths)]
         end = float(x[piece][-1])
     return x
+
+
+def symmetrised(name: str, matrix: Array) -> Array:
+    """The symmetric part of a matrix that is symmetric up to rounding."""
+    asymmetry = np.abs(matrix - matrix.T)
+    if asymmetry.max() > CONDENSATION * np.abs(matrix).max():
+        i, j = np.unravel_index(int(asymmetry.argmax()), matrix.shape)
+        raise ModelError(
+            f"{name}: not symmetric, {name}[{i}, {j}] = {matrix[i, j]:g} but {name}[{j}, {i}] = {matrix[j, i]:g}; "
+            "give the stiffness of the relative motion, in the same order for rows and columns"
+        )
+    return frozen(matrix / 2 + matrix.T / 2)
+
+
+def check_semi_definite(name: str, S: Array) -> None:
+    """Check that S has no negative eigenvalue beyond rounding; error messages call it `name`."""
+    scale = np.abs(S).max()
+    if scale == 0:
+        return
+    slack = CONDENSATION * len(S)
+    try:  # a Cholesky factorisation of the slightly shifted matrix decides at a tenth of the cost of the eigenvalues
+        np.linalg.cholesky(S / scale + slack * np.eye(len(S)))
+    except np.linalg.LinAlgError:
+        lowest = np.linalg.eigvalsh(S / scale)[0]
+        raise ModelError(
+            f"{name} has the negative eigenvalue {lowest * scale:g} (largest entry {scale:g}); "
+            "an elastic interface stores energy, so S must be positive semi-definite: check signs, the order of the nodes, and that it was computed "
+            "with 16 digits (float32 has 7)"
+        ) from None
+
+
+def in_series(S: Array, own: Array, R: Array, give: Array) -> tuple[Array, Array, Array]:
+    """Stiffness `(1 + S G)^-1 S` and reactions `(1 + S G)^-1 R` of an interface with a spring in series with each motion, and the new compliance.
+
+    That is what the springs add to the compliance of the loads, `R^T (G^-1 + S)^-1 R`.
+
+    In the factors of `S = F F^T` the inverse is that of `1 + F^T G F`: no spring is too stiff or too soft for it, and rigid motions stay free. The
+    strains of bodies and springs under the reactions are least squares: the energy that is left is half the new compliance.
+
+    Parameters
+    ----------
+    S, own
+        (M, M) stiffness of the bodies and (M,) sizes of the own stiffness of each motion, > 0.
+    R
+        (M, k) bonded reactions.
+    give
+        (M,) compliances of the springs, the diagonal of G, >= 0.
+    """
+    root = np.sqrt(own)
+    values, vectors = np.linalg.eigh(S / np.outer(root, root))
+    strained = values > RIGID
+    sizes, V = np.sqrt(values[strained]), vectors[:, strained]
+    F = root[:, None] * V * sizes
+    spring = np.sqrt(give)[:, None]
+    rows, loads = np.vstack([spring * F, np.eye(F.shape[1])]), np.vstack([spring * R, np.zeros((F.shape[1], R.shape[1]))])
+    falling = np.argsort(-np.abs(rows).max(axis=1, initial=0.0), kind="stable")  # so the factors lose least
+    Q, factor = np.linalg.qr(rows[falling])
+    strain = np.linalg.solve(factor, Q.T @ loads[falling])
+    half, left = np.linalg.solve(factor.T, F.T), loads - rows @ strain
+    return half.T @ half, R - F @ strain, left.T @ left
+
+
+def overlapping(S: Array, R: Array, L: Array, D: Array) -> tuple[Array, Array]:
+    """Bonded reactions and compliance of load cases in which the bodies overlap, too.
+
+    An overlap stores the energy of the closed contact that holds it; the displacement of its load case is the one that gives this energy back.
+
+    Parameters
+    ----------
+    S
+        (M, M) stiffness.
+    R, L
+        (M, k) bonded reactions and (k, k) compliance without the overlaps.
+    D
+        (N, k) overlaps.
+    """
+    held, p = S[:, -len(D) :] @ D, R[-len(D) :]
+    return R + held, L - D.T @ p - p.T @ D - D.T @ held[-len(D) :]

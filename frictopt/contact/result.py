@@ -3,7 +3,7 @@
 import copy
 import html
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field, fields
 from enum import Enum
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
@@ -34,7 +34,7 @@ class Portable:
 
 
 def _seal(value: object) -> None:
-    """Make all arrays in a value read-only, also those in the parts of our own dataclasses."""
+    """Make all arrays in a value read-only; other results in it have sealed theirs."""
     if isinstance(value, np.ndarray):
         value.flags.writeable = False
     elif isinstance(value, tuple | list):
@@ -42,8 +42,6 @@ def _seal(value: object) -> None:
             _seal(part)
     elif isinstance(value, Mapping):
         _seal(list(value.values()))
-    elif is_dataclass(value) and type(value).__module__.startswith("frictopt."):
-        _seal(list(vars(value).values()))
 
 
 if TYPE_CHECKING:
@@ -198,7 +196,7 @@ class Plotted:
         ModelError
             Another number of axes, or a contact in space that one map cannot show.
         """
-        return import_module("frictopt.plots.draw").draw(self, ax)  # here, for matplotlib is slow to import and need not be installed
+        return import_module("frictopt.plots").draw(self, ax)  # here, for matplotlib is slow to import and need not be installed
 
 
 def frame(columns: Mapping[str, object], units: str | None = None) -> Table:

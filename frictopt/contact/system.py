@@ -11,13 +11,23 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import ModelError
-from . import files
-from .checks import Array, Names, checked_contact, checked_loads, checked_overlaps, finite_array, finite_number, frozen, real_array
-from .parts import arc_length, check_order, checked_bonded, checked_frames, checked_width, compliances, joined, parted
+from . import files, parts
+from .checks import (
+    Array,
+    Names,
+    checked_cases,
+    checked_contact,
+    checked_loads,
+    checked_units,
+    finite_array,
+    finite_number,
+    frozen,
+    per_node,
+    real_array,
+)
+from .parts import joined, parted
 from .result import Plotted, Shown, Table, frame
-from .stiffness import check_semi_definite, in_series, overlapping, symmetrised
 from .tolerances import RIGID
-from .units import checked_units
 
 _SOFTER = 1e18  # than the bodies, which springs in some directions may be while others are not: beyond, rounding hides what these carry
 
@@ -116,28 +126,25 @@ class ContactSystem(Shown, Plotted):
             raise ModelError("points: no nodes; a contact needs at least one node pair")
         if axes not in (2, 3):
             raise ModelError(f"points: shape {points.shape}; give (N, 2) in the plane or (N, 3) in space")
-        S = symmetrised("S", finite_array("S", self.S, (axes * n, axes * n)))
-        check_semi_definite("S", S)
-        none = self.gap is None or real_array("gap", self.gap).size == 0
-        gap = frozen(np.zeros(n)) if none else finite_array("gap", self.gap, (n,))
-        if gap.min() < 0:
-            raise ModelError(f"gap: {gap.min():g} at node {int(gap.argmin())}; the bodies cannot overlap before loading, give gap >= 0")
-        bonded, L = checked_bonded("bonded", self.bonded, n, axes - 1), self.compliance
+        S = parts.symmetrised("S", finite_array("S", self.S, (axes * n, axes * n)))
+        parts.check_semi_definite("S", S)
+        gap = parts.checked_gap(self.gap, n)
+        bonded, L = parts.checked_bonded("bonded", self.bonded, n, axes - 1), self.compliance
         own, scale = np.diag(S).reshape(axes, n), float(np.trace(S) / len(S)) or 1.0
         most = np.where(own.max(axis=0) > 0, own.max(axis=0), scale)
         vars(self).update(S=S, points=points, bonded=bonded, gap=gap, nodes=n, tangents=axes - 1, slip_shape=(n,) if axes == 2 else (n, 2))
         vars(self).update(
-            frames=checked_frames(self.frames, n, axes),
+            frames=parts.checked_frames(self.frames, n, axes),
             contact=None if self.contact is None else checked_contact("contact", self.contact, n),
-            width=None if self.width is None else checked_width(self.width, n),
+            width=None if self.width is None else parts.checked_width(self.width, n),
             E_star=None if self.E_star is None else finite_number("E_star", self.E_star, above=0.0),
-            compliance=None if L is None else symmetrised("compliance", finite_array("compliance", L, (len(bonded),) * 2)),
+            compliance=None if L is None else parts.symmetrised("compliance", finite_array("compliance", L, (len(bonded),) * 2)),
             units=checked_units(self.units),
             stiffness_scale=scale,
             own_stiffness=frozen(np.where(own > RIGID * most, own, most).ravel()),
         )
         if axes == 2:
-            check_order(self.x)
+            parts.check_order(self.x)
 
     @classmethod
     def from_blocks(
@@ -178,7 +185,7 @@ class ContactSystem(Shown, Plotted):
         if n == 0:
             raise ModelError("x: no nodes; a contact needs at least one node pair")
         A, B, C = (finite_array(name, block, (n, n)) for name, block in zip("ABC", (A, B, C), strict=True))
-        A, C = symmetrised("A", A), symmetrised("C", C)
+        A, C = parts.symmetrised("A", A), parts.symmetrised("C", C)
         points = np.column_stack([line, np.zeros(n)])
         more: dict[str, Any] = {"gap": gap, "contact": contact, "width": width, "E_star": E_star, "compliance": compliance, "units": units}
         return cls(np.block([[A, B.T], [B, C]]), points, bonded, **more)
@@ -215,7 +222,7 @@ class ContactSystem(Shown, Plotted):
         """
         if self.tangents != 1:
             raise ModelError("x: a contact in space has no arc length; use `points`")
-        return frozen(arc_length(self.points, self.frames, self.contact))
+        return frozen(parts.arc_length(self.points, self.frames, self.contact))
 
     @property
     def normals(self) -> Array:
@@ -302,7 +309,7 @@ class ContactSystem(Shown, Plotted):
         ModelError
             Not a mapping, or a bad load case, see `ContactSystem`.
         """
-        known = checked_bonded("cases", cases, self.nodes, self.tangents)
+        known = parts.checked_bonded("cases", cases, self.nodes, self.tangents)
         return replace(self, bonded={**self.bonded, **known}, compliance=None)
 
     def with_interference(self, cases: Mapping[str, ArrayLike]) -> Self:
@@ -323,11 +330,12 @@ class ContactSystem(Shown, Plotted):
         >>> node.with_interference({"fit": 0.1}).bonded["fit"][1].tolist()
         [0.2]
         """
-        overlaps = checked_overlaps("cases", cases, self.nodes)
+        given, less = checked_cases("cases", cases, "overlap"), "give overlaps >= 0, and an opening as a gap"
+        overlaps = {case: per_node(f"cases[{case!r}]", overlap, self.nodes, less) for case, overlap in given.items()}
         names, k = list({**self.bonded, **overlaps}), len(self.bonded)
         more, L = (0, len(names) - k), np.zeros((k, k)) if self.compliance is None else self.compliance
         D = np.column_stack([overlaps.get(name, np.zeros(self.nodes)) for name in names])
-        R, L = overlapping(self.S, np.pad(self._reactions, ((0, 0), more)), np.pad(L, more), D)
+        R, L = parts.overlapping(self.S, np.pad(self._reactions, ((0, 0), more)), np.pad(L, more), D)
         return replace(self, bonded=dict(zip(names, R.T, strict=True)), compliance=None if self.compliance is None else L)
 
     def with_gap(self, gap: Any) -> Self:
@@ -361,14 +369,14 @@ class ContactSystem(Shown, Plotted):
         """
         if self.width is None:
             raise ModelError("width: not known, and the springs of a node act on its width; give the system the widths of its nodes")
-        give = compliances(tangential, normal, self.width, self.tangents)
+        give = parts.compliances(tangential, normal, self.width, self.tangents)
         if not give.any():
             return self
         soft = give * self.own_stiffness
         if soft.max() > _SOFTER * max(soft.min(), 1.0):
             name = ("tangential", "normal")[int(soft.argmax() >= self.tangents * self.nodes)]
             raise ModelError(f"{name}: {soft.max():.1e} times softer than the bodies, while others are not; give at most {_SOFTER:g} times")
-        S, R, more = in_series(self.S, self.own_stiffness, self._reactions, give)
+        S, R, more = parts.in_series(self.S, self.own_stiffness, self._reactions, give)
         L = None if self.compliance is None else self.compliance + more
         return replace(self, S=S, bonded=dict(zip(self.bonded, R.T, strict=True)), compliance=L)
 
@@ -402,15 +410,10 @@ def reactions(system: ContactSystem, loads: Sequence[Mapping[str, float]]) -> Ar
     ModelError
         Not a contact system, or a load case that it does not have.
     """
-    r = np.zeros((len(loads), checked_system(system).tangents + 1, system.nodes))
-    for case in dict.fromkeys(case for load in loads for case in load):
-        if case not in system.bonded:
-            raise ModelError(f"load case {case!r}: unknown; this system has {sorted(system.bonded)}")
-        amplitudes = np.array([load.get(case, 0.0) for load in loads])
-        q, p = system.bonded[case]
-        r[:, :-1] += np.multiply.outer(amplitudes, q.T.reshape(-1, system.nodes))
-        r[:, -1] += np.multiply.outer(amplitudes, p)
-    return r.reshape(len(loads), -1)
+    known = checked_system(system).bonded
+    if unknown := {name for load in loads for name in load} - set(known):
+        raise ModelError(f"load case {min(unknown)!r}: unknown; this system has {sorted(known)}")
+    return np.array([[load.get(name, 0.0) for name in known] for load in loads]) @ system._reactions.T
 
 
 def checked_system(system: object) -> ContactSystem:

@@ -85,7 +85,7 @@ class Contact:
         if self.gap is not None and not callable(self.gap) and not (isinstance(self.gap, str) and self.gap == "measured"):
             raise ModelError(f"gap: {shown(self.gap)}; give 'measured' or a function of x and y, and z in space")
         for side in ("tangential_stiffness", "normal_stiffness"):
-            object.__setattr__(self, side, float(checked_springs(side, getattr(self, side))))
+            object.__setattr__(self, side, float(checked_springs(side, getattr(self, side), 1)[0]))
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS, ContactSystem, Shown, joined, parted
-from ..contact.checks import Array, checked_cases, checked_loads, finite_array, frozen, listed_parts, shown
+from ..contact.checks import Array, checked_cases, checked_loads, checked_units, finite_array, frozen, listed_parts, shown
 from ..contact.parts import compliances
-from ..contact.units import checked_units
 from ..errors import ModelError, ModelWarning
 from .assembly import Assembly, Load
 from .bodies import Body, Support, checked_kinematics

@@ -124,7 +124,7 @@ class BodyFields(Shown, Plotted):
         See `plot` for the argument and what may be raised.
         """
         factor = None if scale is None else finite_number("scale", scale, least=0.0)
-        return import_module("frictopt.plots.draw").draw(self, ax, "deformed", enlarged=factor)
+        return import_module("frictopt.plots").draw(self, ax, "deformed", enlarged=factor)
 
     def save(self, path: str | Path, body: str) -> None:
         """Write the fields of one body to a file of meshio, such as `.vtu`: displacement, stress, strain (xx, yy, zz, xy, yz, xz), von_mises.

@@ -1,5 +1,95 @@
 """Pictures of results, behind their `.plot()`; matplotlib comes with the extra `figures` and is imported with the first picture."""
 
-from .draw import plot_study
+from collections.abc import Callable
+from contextlib import nullcontext
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import ModelError
+
+if TYPE_CHECKING:  # matplotlib need not be installed
+    from matplotlib.axes import Axes
+
+    from ..contact import Table
+    from .style import AxesArray
 
 __all__ = ["plot_study"]
+
+_NEEDED = ("friction", "friction_std", "friction_number", "load_factor", "load_ratio", "family", "outcome", "dissipation", "engine")
+
+
+def draw(result: object, ax: "Axes | AxesArray | None" = None, kind: str = "", **options: object) -> "Axes | AxesArray":
+    """Draw a result in the given axes, which keep their style, or in those of a new figure, and return the axes.
+
+    Its picture, or another `kind`: the "status" of the nodes of a trajectory, fields in "deformed" bodies, the table of a "study".
+
+    Raises
+    ------
+    ImportError
+        matplotlib is not installed.
+    ModelError
+        `ax` is not as many axes as the picture has panels.
+    """
+    try:
+        import matplotlib.pyplot
+    except ImportError as error:
+        raise ImportError("plots need matplotlib: python -m pip install 'frictopt[figures]'") from error
+    from . import bodies, histories, limits, transients  # each registers its pictures
+    from .style import name_units, picture, screen
+
+    with nullcontext() if ax is not None else screen():
+        others: dict[str, Callable[..., Axes | AxesArray]]
+        others = {"status": transients.node_status, "deformed": bodies.deformed, "study": histories.runs_of}
+        drawn = others.get(kind, picture)(result, ax, **options)
+    name_units(np.ravel(np.asarray(drawn, dtype=object))[0], _units(result))
+    return drawn
+
+
+def _units(result: object) -> str | None:
+    """The units of a result, those of its system or of what it holds; None if they are not known."""
+    if hasattr(result, "attrs"):  # a table
+        known: str | None = result.attrs.get("units")
+        return known
+    for name in ("units", "system", "least_state"):
+        if (part := getattr(result, name, None)) is not None:
+            return part if isinstance(part, str) else _units(part)
+    return None
+
+
+def plot_study(table: "Table", ax: "Axes | None" = None) -> "Axes | AxesArray":
+    """Draw the steady dissipation of each run of a study against its load: a mark for each start, by family.
+
+    Runs that shake down have no dissipation and stand in a strip at the bottom. Runs that failed have no mark; the title counts them.
+
+    Parameters
+    ----------
+    table
+        What `dissipation_study` returned, or rows of it.
+    ax
+        matplotlib axes to draw in; None: those of a new figure.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ModelError
+        No such table, or not one axes.
+    ImportError
+        matplotlib is not installed.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> table = fo.dissipation_study(rod, cycle, 0.5, load_factors=[0.3, 1.0], starts=fo.starts.no_slip())
+    >>> axes = fo.plot_study(table)
+    >>> axes.get_yscale(), [text.get_text() for text in axes.get_legend().get_texts()]
+    ('log', ['none'])
+    """
+    if any(name not in getattr(table, "columns", ()) for name in _NEEDED):
+        raise ModelError(f"table: give the DataFrame of dissipation_study, with the columns {', '.join(_NEEDED)}")
+    return draw(table, ax, "study")

@@ -1,4 +1,4 @@
-"""Pictures of models: the meshes of their bodies, contacts, supports and loads; and of fields in the bodies."""
+"""Pictures of models: the meshes of their bodies, contacts, supports and loads; fields in the bodies; and of contact systems."""
 
 import re
 from collections.abc import Mapping
@@ -10,25 +10,21 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from ..contact import Array, Integers
+from ..contact import Array, ContactSystem, Integers
 from ..fem.assembly import nodes_of
 from ..fem.bodies import Body
 from ..fem.loads import Pressure, Traction, surface_forces
 from ..fem.model import ContactModel
 from ..fem.recovery import BodyFields, von_mises
 from ..scenes.scene import Scene
-from .style import BLACK, GREY, legend, new_axes, picture, series, slanted
+from .strip import label_panels, lines
+from .style import BLACK, GREY, POINTS, AnyAxes, AxesArray, Look, arrows, legend, line, new_axes, picture, series, slanted, spread
 
-AnyAxes: TypeAlias = Any  # of matplotlib, in the plane or in space
 Mesh: TypeAlias = Any  # of scikit-fem
 
-_MOST_MARKS = 17, 25  # of each support, in the plane and in space
-_ARROWS = 9  # of each loaded boundary
 _NAME = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "pad": 2.0}
-_TO_NAME = {"arrowstyle": "-", "lw": 0.8}
 _ABOVE = 1e3  # of names in space: above all faces, to which matplotlib gives numbers by their distance
-_SIZE = 6.4, 4.8  # inches
-_LENGTH = 0.08, 0.12  # of an arrow, over the size of the model, in the plane and in space
+_BESIDE = {"shrink": 0.6, "pad": 0.12}  # of a colour bar in space, beside the labels of the axis z
 
 
 def draw_edges(axes: Axes, mesh: Mesh, facets: Integers, scale: float = 1.0, **look: Any) -> None:
@@ -43,51 +39,127 @@ def draw_mesh(axes: Axes, mesh: Mesh, color: str, scale: float = 1.0, *, thin: f
     draw_edges(axes, mesh, mesh.boundary_facets(), scale, color=color, lw=1.0, zorder=0.5, label=label)
 
 
+def _faces(axes: AnyAxes, mesh: Mesh, facets: Integers, color: str, face: float, edge: float, label: str | None) -> None:
+    """Draw facets of a mesh in space, with the opacities of faces and edges."""
+    corners = mesh.p[:, mesh.facets[:, facets]].transpose(2, 1, 0)
+    axes.add_collection3d(Poly3DCollection(corners, facecolor=(color, face), edgecolor=(color, edge), linewidth=0.3, label=label))
+
+
+def _body(axes: AnyAxes, mesh: Mesh, number: int, name: str, face: float, edge: float) -> None:
+    """A body in the colour of its number: its mesh, in space its surface."""
+    color = series(number)["color"]
+    if mesh.dim() == 3:
+        _faces(axes, mesh, mesh.boundary_facets(), color, face, edge, name)
+    else:
+        draw_mesh(axes, mesh, color, thin=0.2, label=name)
+
+
+def _axes_of(bodies: Mapping[str, Body], ax: AnyAxes) -> tuple[AnyAxes, Array]:
+    """Axes for bodies, and the (2, d) least and largest of their coordinates."""
+    points = np.concatenate([body.mesh.p for body in bodies.values()], axis=1)
+    return new_axes(ax, size=(6.4, 4.8), in_space=len(points) == 3)[0], np.array([points.min(axis=1), points.max(axis=1)])
+
+
+def _finished(axes: AnyAxes, ends: Array, room: float) -> None:
+    """Names and limits of the axes, in space with room around what is drawn."""
+    axes.set(xlabel="$x$ (length)", ylabel="$y$ (length)")
+    if ends.shape[1] == 2:
+        axes.set_aspect("equal")
+        return
+    low, high = ends[0] - room, ends[1] + room
+    axes.set_box_aspect(high - low)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]), zlabel="$z$ (length)")
+    axes.grid(False)
+    for axis, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), (high - low) / (high - low).max(), strict=True):
+        axis.set_major_locator(MaxNLocator(max(1, round(5 * share))))  # as many numbers as the axis has room for
+
+
+def _named(axes: AnyAxes, ax: AnyAxes, in_space: bool) -> AnyAxes:
+    """The axes with their legend, beside them where the figure is our own."""
+    if ax is not None:
+        legend(axes)
+        return axes
+    if not in_space:
+        axes.figure.set_layout_engine("compressed")
+    axes.figure.legend(loc="outside right upper", handlelength=2.2)
+    return axes
+
+
 @picture.register
-def _model(model: ContactModel, ax: AnyAxes | None = None) -> AnyAxes:
+def _model(given: ContactModel | Scene, ax: AnyAxes | None = None) -> AnyAxes:
     """Each body in its colour (in space its surface), contacts in black, held nodes as marks, and the directions of each load case as arrows."""
-    in_space = model.kinematics == "space"
-    axes: AnyAxes = new_axes(ax, size=_SIZE, in_space=in_space)[0]
-    ends = _ends(model.bodies)
-    length = _LENGTH[in_space] * float((ends[1] - ends[0]).max())
+    model = given.model() if isinstance(given, Scene) else given
+    axes, ends = _axes_of(model.bodies, ax)
+    in_space = ends.shape[1] == 3
+    length = (0.12 if in_space else 0.08) * float((ends[1] - ends[0]).max())
     for number, (name, body) in enumerate(model.bodies.items()):
         _body(axes, body.mesh, number, name, 0.04, 0.5)
+    _contacts(axes, model, in_space)
+    _supports(axes, model, in_space)
+    for number, case in enumerate(model.loads, start=len(model.bodies)):
+        _load(axes, model, case, length, series(number)["color"])
+    _finished(axes, ends, length)
+    return _named(axes, ax, in_space)
+
+
+def _contacts(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
+    """The faces of body 1 of each contact; the names of several ones."""
     tilt = slanted([str(contact.name) for contact in model.contacts], "right", "top")
     for number, contact in enumerate(model.contacts):
         mesh, label = model.bodies[contact.body_1].mesh, "contact" if number == 0 else None
         facets = mesh.boundaries[contact.boundary_1]
+        middle = mesh.p[:, mesh.facets[:, facets]].mean(axis=(1, 2))
         if in_space:
-            _faces(axes, mesh, facets, facecolor=(BLACK, 0.6), edgecolor=BLACK, linewidth=0.3, label=label)
+            _faces(axes, mesh, facets, BLACK, 0.6, 1.0, label)
         else:
             draw_edges(axes, mesh, facets, color=BLACK, lw=2.5, label=label)
-        if len(model.contacts) > 1:
-            middle = mesh.p[:, mesh.facets[:, facets]].mean(axis=(1, 2))
-            if in_space:
-                axes.text(*middle, contact.name, "z" if tilt else None, bbox=_NAME, zorder=_ABOVE)
-            else:
-                look = {"ha": "center", "va": "top"} | tilt
-                axes.annotate(contact.name, middle, (0, -28), textcoords="offset points", bbox=_NAME, arrowprops=_TO_NAME, **look)
-    _supports(axes, model)
-    for number, case in enumerate(model.loads, start=len(model.bodies)):
-        _load(axes, model, case, length, series(number)["color"])
-    finish(axes, ends, length)
-    return _named(axes, in_space, own=ax is None)
+        if len(model.contacts) > 1 and in_space:
+            axes.text(*middle, contact.name, "z" if tilt else None, bbox=_NAME, zorder=_ABOVE)
+        elif len(model.contacts) > 1:
+            look = {"ha": "center", "va": "top"} | tilt
+            axes.annotate(contact.name, middle, (0, -28), textcoords="offset points", bbox=_NAME, arrowprops={"arrowstyle": "-", "lw": 0.8}, **look)
 
 
-@picture.register
-def _scene(scene: Scene, ax: AnyAxes | None = None) -> AnyAxes:
-    """Draw its model."""
-    return picture(scene.model(), ax)
+def _supports(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
+    """A mark at some nodes of each support, by the directions that it holds."""
+    look: Look = {"markersize": 3.5} if in_space else {"markersize": 4.5, "clip_on": False}
+    everything, named = "xyz" if in_space else "xy", set()
+    for support in model.supports:
+        body, held = model.bodies[support.body], support.directions or everything
+        points = body.mesh.p[:, nodes_of(body, support)]
+        marker = "s" if held == everything else {"x": ">", "y": "^", "z": "v"}.get(held, "D")
+        label = None if held in named else f"held in {', '.join(held)}"
+        named.add(held)
+        axes.plot(*points[:, spread(points, 25 if in_space else 17)], linestyle="none", marker=marker, color=BLACK, label=label, **look)
+
+
+def _load(axes: AnyAxes, model: ContactModel, case: str, length: float, color: str) -> None:
+    """Arrows of equal length along loaded boundaries: those that press end there, others begin there. The legend names what acts on no surface."""
+    others, in_space = [], model.kinematics == "space"
+    for part in model.loads[case]:
+        if not isinstance(part, Traction | Pressure):
+            others.append(re.sub("(?<!^)(?=[A-Z])", " ", type(part).__name__).lower())
+            continue
+        body = model.bodies[part.body]
+        nodes = body.boundary_nodes(part.boundary, "loads")
+        force = surface_forces(part, body, model.kinematics)[:, nodes]
+        strength = np.linalg.norm(force, axis=0)
+        chosen = [node for node in spread(body.mesh.p[:, nodes], 9) if strength[node] > 0]
+        points, step = body.mesh.p[:, nodes[chosen]], force[:, chosen] / strength[chosen] * length
+        pressing = (step * (body.mesh.p.mean(axis=1)[:, None] - points)).sum(axis=0) > 0
+        look: Look = {"linewidth": 1.0, "arrow_length_ratio": 0.35} if in_space else {"width": 0.003, "headwidth": 6, "zorder": 2.5}
+        arrows(axes, (points - np.where(pressing, step, 0.0)).T, step.T, color=color, **look)
+    nowhere: list[list[float]] = [[]] * (3 if in_space else 2)
+    axes.plot(*nowhere, color=color, marker=">", label=f"load {case}" + (f" ({', '.join(others)})" if others else ""))
 
 
 @picture.register
 def _fields(fields: BodyFields, ax: AnyAxes | None = None) -> AnyAxes:
     """Von Mises stress in all bodies, in space on their surfaces, nodal values; the colours end at the value that 99 of 100 nodes do not exceed."""
-    in_space = next(iter(fields.bodies.values())).mesh.dim() == 3
-    axes: AnyAxes = new_axes(ax, size=_SIZE, in_space=in_space)[0]
+    axes, ends = _axes_of(fields.bodies, ax)
     stress = {name: von_mises(rows) for name, rows in fields.stress.items()}
-    look = {"cmap": "viridis", "rasterized": True}
-    most = float(np.quantile(np.concatenate(list(stress.values())), 0.99))
+    most, look = float(np.quantile(np.concatenate(list(stress.values())), 0.99)), {"cmap": "viridis", "rasterized": True}
+    in_space = ends.shape[1] == 3
     if in_space:  # one collection, for matplotlib hides faces behind others only within one
         corners = {name: body.mesh.facets[:, body.mesh.boundary_facets()] for name, body in fields.bodies.items()}
         faces = [face for name, body in fields.bodies.items() for face in body.mesh.p[:, corners[name]].transpose(2, 1, 0)]
@@ -99,9 +171,8 @@ def _fields(fields: BodyFields, ax: AnyAxes | None = None) -> AnyAxes:
             triangles = t.T if len(t) == 3 else np.concatenate([t[[0, 1, 2]].T, t[[0, 2, 3]].T])
             colours = axes.tripcolor(*body.mesh.p, triangles, stress[name], shading="gouraud", vmin=0.0, vmax=most, **look)
             draw_edges(axes, body.mesh, body.mesh.boundary_facets(), color=BLACK, lw=0.6)
-    place = {"shrink": 0.6, "pad": 0.12} if in_space else {}  # beside the labels of the axis z
-    axes.figure.colorbar(colours, ax=axes, extend="max", label="von Mises stress (force per area)", **place)
-    finish(axes, _ends(fields.bodies), 0.0)
+    axes.figure.colorbar(colours, ax=axes, extend="max", label="von Mises stress (force per area)", **(_BESIDE if in_space else {}))
+    _finished(axes, ends, 0.0)
     if ax is None and not in_space:
         axes.figure.set_layout_engine("compressed")
     return axes
@@ -109,9 +180,8 @@ def _fields(fields: BodyFields, ax: AnyAxes | None = None) -> AnyAxes:
 
 def deformed(fields: BodyFields, ax: AnyAxes | None = None, enlarged: float | None = None) -> AnyAxes:
     """Each body in its colour under its displacements, in space its surface; in grey its outline as it was."""
-    ends = _ends(fields.bodies)
+    axes, ends = _axes_of(fields.bodies, ax)
     in_space, size = ends.shape[1] == 3, float((ends[1] - ends[0]).max())
-    axes: AnyAxes = new_axes(ax, size=_SIZE, in_space=in_space)[0]
     largest = max(float(np.linalg.norm(u, axis=0).max()) for u in fields.displacement.values())
     scale = (0.1 * size / largest if largest > 0 else 1.0) if enlarged is None else enlarged
     for number, (name, body) in enumerate(fields.bodies.items()):
@@ -119,104 +189,41 @@ def deformed(fields: BodyFields, ax: AnyAxes | None = None, enlarged: float | No
             draw_edges(axes, body.mesh, body.mesh.boundary_facets(), color=GREY, lw=0.8, zorder=0.4, label="as it was" if number == 0 else None)
         _body(axes, replace(body.mesh, doflocs=body.mesh.doflocs + scale * fields.displacement[name]), number, name, 0.25, 0.6)
     axes.set_title(f"displacements {scale:.4g} times enlarged; the largest is {largest:.4g} (length)")
-    finish(axes, ends, 0.1 * size)
-    return _named(axes, in_space, own=ax is None)
+    _finished(axes, ends, 0.1 * size)
+    return _named(axes, ax, in_space)
 
 
-def _ends(bodies: Mapping[str, Body]) -> Array:
-    """(2, d) least and largest coordinates of bodies."""
-    points = np.concatenate([body.mesh.p for body in bodies.values()], axis=1)
-    return np.array([points.min(axis=1), points.max(axis=1)])
+@picture.register
+def _system(system: ContactSystem, ax: AxesArray | None = None) -> AxesArray:
+    """Points with their normals above, below the pressure that each unit load brings to the bonded contact (nodal forces where there is no width).
 
-
-def _body(axes: AnyAxes, mesh: Mesh, number: int, name: str, face: float, edge: float) -> None:
-    """A body in the colour of its number: its mesh, in space its surface, with the opacities of faces and edges."""
-    color = series(number)["color"]
-    if mesh.dim() == 3:
-        _faces(axes, mesh, mesh.boundary_facets(), facecolor=(color, face), edgecolor=(color, edge), linewidth=0.3, label=name)
-    else:
-        draw_mesh(axes, mesh, color, thin=0.2, label=name)
-
-
-def _named(axes: AnyAxes, in_space: bool, *, own: bool) -> AnyAxes:
-    """The axes with their legend, beside them where the figure is our own."""
-    if not own:
-        legend(axes)
-        return axes
-    if not in_space:
-        axes.figure.set_layout_engine("compressed")
-    axes.figure.legend(loc="outside right upper", handlelength=2.2)
-    return axes
-
-
-def finish(axes: AnyAxes, ends: Array, length: float) -> None:
-    """Names and limits of the axes, in space with room for the arrows."""
-    axes.set(xlabel="$x$ (length)", ylabel="$y$ (length)")
-    if ends.shape[1] == 2:
-        axes.set_aspect("equal")
-        return
-    low, high = ends[0] - length, ends[1] + length
-    axes.set_box_aspect(high - low)
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]), zlabel="$z$ (length)")
-    axes.grid(False)
-    for axis, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), (high - low) / (high - low).max(), strict=True):
-        axis.set_major_locator(MaxNLocator(max(1, round(5 * share))))  # as many numbers as the axis has room for
-
-
-def _faces(axes: AnyAxes, mesh: Mesh, facets: Integers, **look: Any) -> Poly3DCollection:
-    """Draw facets of a mesh in space."""
-    return axes.add_collection3d(Poly3DCollection(mesh.p[:, mesh.facets[:, facets]].transpose(2, 1, 0), **look))
-
-
-def _supports(axes: AnyAxes, model: ContactModel) -> None:
-    named: set[str] = set()
-    for support in model.supports:
-        body = model.bodies[support.body]
-        points = body.mesh.p[:, nodes_of(body, support)]
-        chosen = points[:, spread(points, _MOST_MARKS[len(points) - 2])]
-        held = support.directions or "xyz"[: len(points)]
-        marker = "s" if len(held) == len(points) else {"x": ">", "y": "^", "z": "v"}.get(held, "D")
-        label = None if held in named else f"held in {', '.join(held)}"
-        named.add(held)
-        look = {"markersize": 4.5, "clip_on": False} if len(points) == 2 else {"markersize": 3.5}
-        axes.plot(*chosen, linestyle="none", marker=marker, color=BLACK, label=label, **look)
-
-
-def _load(axes: AnyAxes, model: ContactModel, case: str, length: float, color: str) -> None:
-    """Draw one load case; what acts on no surface is named in the legend."""
-    others = []
-    for part in model.loads[case]:
-        if isinstance(part, Traction | Pressure):
-            body = model.bodies[part.body]
-            nodes = body.boundary_nodes(part.boundary, "loads")
-            _arrows(axes, body.mesh, nodes, surface_forces(part, body, model.kinematics)[:, nodes], length, color)
-        else:
-            others.append(re.sub("(?<!^)(?=[A-Z])", " ", type(part).__name__).lower())
-    nowhere: list[list[float]] = [[]] * (3 if model.kinematics == "space" else 2)
-    axes.plot(*nowhere, color=color, marker=">", label=f"load {case}" + (f" ({', '.join(others)})" if others else ""))
-
-
-def _arrows(axes: AnyAxes, mesh: Mesh, nodes: Integers, force: Array, length: float, color: str) -> None:
-    """Draw arrows of equal length along the loaded boundary: those that press end on it, the others begin there."""
-    points, strength = mesh.p[:, nodes], np.linalg.norm(force, axis=0)
-    chosen = [node for node in spread(points, _ARROWS) if strength[node] > 0]
-    step = force[:, chosen] / strength[chosen] * length
-    inward = mesh.p.mean(axis=1)[:, None] - points[:, chosen]
-    tails = points[:, chosen] - np.where((step * inward).sum(axis=0) > 0, 1.0, 0.0) * step
-    if len(points) == 3:
-        axes.quiver(*tails, *step, color=color, linewidth=1.0, arrow_length_ratio=0.35)
-        return
-    for tail, arrow in zip(tails.T, step.T, strict=True):
-        axes.annotate("", tail + arrow, tail, arrowprops={"arrowstyle": "-|>", "color": color, "shrinkA": 0, "shrinkB": 0, "lw": 1.0})
-    axes.update_datalim(np.concatenate([tails.T, (tails + step).T]))
-    axes.autoscale_view()
-
-
-def spread(points: Array, most: int) -> list[int]:
-    """Numbers of at most so many points, each as far as possible from those before it: on a straight side evenly spaced."""
-    chosen = [int(points.sum(axis=0).argmin())]
-    distance = np.linalg.norm(points - points[:, chosen], axis=0)
-    while len(chosen) < most and distance.max() > 0:
-        chosen.append(int(distance.argmax()))
-        distance = np.minimum(distance, np.linalg.norm(points - points[:, chosen[-1:]], axis=0))
-    return chosen
+    In space an axes for each load case, with its pressure as colours.
+    """
+    force = "force per depth" if system.tangents == 1 else "force"
+    width, unit = (1.0, f"bonded normal force\n({force})") if system.width is None else (system.width, "bonded pressure\n(force per area)")
+    few = spread(system.points.T, 60)
+    begin, color = system.points[few], series(0)["color"]
+    normals = 0.1 * float(np.ptp(system.points, axis=0).max() or 1.0) * system.normals[few]
+    if system.tangents == 2:
+        count = len(system.bonded)
+        panels: list[Any] = new_axes(ax, count, (4.8 * min(count, 2), 3.2 * -(-count // 2)), common_x=False, in_space=True)
+        for axes, (case, (_, p)) in zip(panels, system.bonded.items(), strict=True):
+            points = axes.scatter(*system.points.T, c=p / width, cmap="cividis", s=14, depthshade=False)
+            arrows(axes, begin, normals, color=color, linewidth=0.6)
+            axes.set_title(f"{case} = 1; arrows: normals into body 1")
+            _finished(axes, np.array([system.points.min(axis=0), system.points.max(axis=0)]), float(np.linalg.norm(normals[0])))
+            axes.figure.colorbar(points, ax=axes, label=unit.replace("\n", " "), **_BESIDE)
+        return np.array(panels)
+    place, pressure = both = new_axes(ax, 2, (6.4, 5.4), common_x=False)
+    place.plot(*system.points.T, linestyle="none", marker=".", markersize=4, color=BLACK, label="node")
+    arrows(place, begin, normals, width=0.003, color=color)
+    place.plot([], [], linestyle="none", marker=r"$\uparrow$", markersize=9, color=color, label="normal, into body 1")
+    place.margins(0.05)
+    place.set(xlabel="$x$ (length)", ylabel="$y$ (length)", aspect="equal", adjustable="datalim")
+    legend(place)
+    for number, (case, (_, p)) in enumerate(system.bonded.items()):
+        lines(pressure, system, p / width, label=f"{case} = 1", **POINTS, **line(number))
+    pressure.set_ylabel(unit)
+    label_panels([pressure], system)
+    legend(pressure, "load case")
+    return np.array(both)

@@ -4,20 +4,19 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
-from ..contact import Array, Integers, Table
+from ..contact import Table
 from ..histories.damping import DampingCurve
 from ..histories.excursion import LeastExcursion
 from ..histories.protocols import REST, SLIP, UNDECIDED, LimitAfterProtocol
 from ..histories.wear import WearHistory
 from ..histories.worn_in import WornIn
-from .nodes import face_map, label_contacts, label_panels, lines
-from .style import BLACK, FACE, GREY, SERIES, AxesArray, equals, legend, line, new_axes, no_lines, one_axes, picture, series
+from .face import face_map
+from .strip import label_contacts, label_panels, lines
+from .style import BLACK, FACE, GREY, POINTS, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, one_axes, picture, series
 
-_STRIP = (6.4, 2.4)  # size of a picture with a row for each outcome, inches
+_STRIP = 6.4, 2.4  # size of a picture with a row for each outcome, inches
 _ROWS = {REST: "comes to rest", SLIP: "keeps slipping", UNDECIDED: "undecided"}
-_PLAIN = 30  # load factors within it have plain numbers, not powers of ten
 _DEPTH = "depth worn off (length)"
-_PROFILES = 6  # contacts whose profiles are drawn
 
 
 @picture.register
@@ -26,8 +25,7 @@ def _limit_after_protocol(limit: LimitAfterProtocol, ax: Axes | None = None) -> 
     (axes,) = new_axes(ax, size=_STRIP)
     again = "" if limit.monotonic else ", and at some load factors above"
     axes.set_title(equals(r"comes to rest up to $\lambda$", limit.load_factor) + again)
-    _rows(axes, limit.tried["load_factor"], limit.tried["outcome"])
-    axes.axvline(limit.load_factor, color=GREY, lw=0.8, zorder=0, label="limit after the protocol")
+    _tried(axes, limit.tried, "load_factor", limit.load_factor, "limit after the protocol")
     _limit_line(axes, r"shakedown limit $\lambda_2$", limit.shakedown_limit, BLACK)
     axes.set_xlabel(r"load factor $\lambda$")
     axes.set_xlim(left=0.0)
@@ -46,12 +44,23 @@ def _excursion(found: LeastExcursion, ax: Axes | None = None) -> Axes:
     else:
         loads = ", ".join(f"{name} = {value:.4g}" for name, value in found.loads.items())
         axes.set_title(f"least excursion found: {found.share:.4g} of the largest, to {loads}")
-    _rows(axes, found.tried["share"], found.tried["outcome"])
-    if np.isfinite(found.share):
-        axes.axvline(found.share, color=GREY, lw=0.8, zorder=0, label="least found")
-        legend(axes)
+    _tried(axes, found.tried, "share", found.share, "least found")
     axes.set(xlabel="share of the largest excursion", xlim=(0.0, 1.02))
+    if np.isfinite(found.share):
+        legend(axes)
     return axes
+
+
+def _tried(axes: Axes, tried: Table, column: str, found: float, name: str) -> None:
+    """A mark for each thing tried, in the row of its outcome, and a line at what was found, by its name, if it is finite."""
+    rows = [outcome for outcome in _ROWS if outcome != UNDECIDED or (tried["outcome"] == UNDECIDED).any()]
+    for row, outcome in enumerate(rows):
+        at, look = tried.loc[tried["outcome"] == outcome, column], {name: series(row)[name] for name in ("color", "marker")}
+        axes.plot(at, np.full(len(at), row), linestyle="none", markersize=5, mfc="none", **look)
+    axes.set(yticks=range(len(rows)), yticklabels=[_ROWS[row] for row in rows], ylim=(-0.6, len(rows) - 0.4))
+    axes.tick_params(axis="y", length=0)
+    if np.isfinite(found):
+        axes.axvline(found, color=GREY, lw=0.8, zorder=0, label=name)
 
 
 def _limit_line(axes: Axes, name: str, limit: float, color: str) -> None:
@@ -60,35 +69,23 @@ def _limit_line(axes: Axes, name: str, limit: float, color: str) -> None:
         axes.axvline(limit, color=color, lw=0.8, linestyle="--", zorder=0, label=equals(name, limit))
 
 
-def _rows(axes: Axes, at: Array, outcomes: Array) -> None:
-    """Draw a mark for each thing tried, in the row of its outcome."""
-    names = [outcome for outcome in _ROWS if outcome != UNDECIDED or (outcomes == UNDECIDED).any()]
-    for row, outcome in enumerate(names):
-        tried = at[outcomes == outcome]
-        look = {"color": series(row)["color"], "marker": series(row)["marker"], "markersize": 5, "mfc": "none"}
-        axes.plot(tried, np.full(len(tried), row), linestyle="none", **look)
-    axes.set(yticks=range(len(names)), yticklabels=[_ROWS[name] for name in names], ylim=(-0.6, len(names) - 0.4))
-    axes.tick_params(axis="y", length=0)
-
-
 @picture.register
 def _damping_curve(curve: DampingCurve, ax: AxesArray | None = None) -> AxesArray:
     """Frequency (of no mode: stiffness) above, damping below, over the load factor (log), with bands of the residual slips; limits as lines."""
     frequency, damping = panels = new_axes(ax, 2, (6.4, 5.4))
-    mode = np.isfinite(curve.natural_frequency)
+    mode, look = np.isfinite(curve.natural_frequency), series(0)
     shown = (
         (frequency, "frequency" if mode else "stiffness", curve.least_frequency, curve.most_frequency),
         (damping, "damping", curve.least_damping, curve.most_damping),
     )
     for axes, name, least, most in shown:
-        look = series(0)
         axes.plot(curve.load_factor, getattr(curve, name), color=look["color"], marker=look["marker"], label="without residual slip")
         if not np.isnan(least).all():
             axes.fill_between(curve.load_factor, least, most, color=look["color"], alpha=0.2, lw=0, label="range over residual slips")
         _limit_line(axes, r"guaranteed limit $\lambda_1$", curve.guaranteed_limit, GREY)
         _limit_line(axes, r"shakedown limit $\lambda_2$", curve.shakedown_limit, BLACK)
         axes.set_xscale("log")
-    if curve.load_factor[-1] < _PLAIN * curve.load_factor[0]:
+    if curve.load_factor[-1] < 30 * curve.load_factor[0]:  # plain numbers, not powers of ten
         damping.xaxis.set(major_locator=LogLocator(subs=(1, 2, 3, 5, 7)), major_formatter=ScalarFormatter(), minor_formatter=NullFormatter())
     if mode:
         frequency.axhline(curve.natural_frequency, color=GREY, lw=0.6, zorder=0, label="glued contact")
@@ -111,15 +108,17 @@ def _wear(history: WearHistory, ax: AxesArray | None = None) -> AxesArray:
         face.set_title(f"depth worn off after {table['cycles'].iloc[-1]:.4g} cycles")
     else:
         depth, pressure, work = panels = new_axes(ax, 3, (6.4, 8.4), common_x=False)
-        for number, row in enumerate(_chosen(history)):
-            look = {**line(number), "label": f"{table['cycles'][row]:.4g}"}
-            lines(depth, system, history.depth[row], **look)
-            lines(pressure, system, history.pressure[row], **look)
+        largest = history.depth.max(axis=1)
+        even = [np.abs(largest - part).argmin() for part in np.linspace(0.0, largest[-1], 6)[:-1]]  # steps of the largest depth
+        for number, row in enumerate(np.unique([*even, len(largest) - 1])):
+            label = f"{table['cycles'][row]:.4g}"
+            lines(depth, system, history.depth[row], label=label, **line(number))
+            lines(pressure, system, history.pressure[row], label=label, **line(number))
         depth.set_ylabel(_DEPTH)
         pressure.set_ylabel("pressure at the last corner\n(force per area)")
         legend(depth, "cycles")
         label_panels([depth, pressure], system)
-    work.plot(table["cycles"], table["work"], color=BLACK, marker=".", markersize=3)
+    work.plot(table["cycles"], table["work"], color=BLACK, **POINTS)
     per_depth = " per depth" if system.tangents == 1 else ""
     work.set(xlabel="load cycles", ylabel=f"work of friction per cycle\n(force times length{per_depth})", ylim=(0.0, None))
     return np.array(panels)
@@ -141,42 +140,40 @@ def _worn_in(end: WornIn, ax: Axes | AxesArray | None = None) -> Axes:
     return axes
 
 
-def _chosen(history: WearHistory) -> Integers:
-    """Rows at about even steps of the largest depth, the first and the last one among them."""
-    largest = history.depth.max(axis=1)
-    between = [np.abs(largest - part).argmin() for part in np.linspace(0.0, largest[-1], _PROFILES)[:-1]]
-    return np.unique([*between, len(largest) - 1])
-
-
 def runs_of(table: Table, ax: Axes | None = None) -> Axes:
     """Steady dissipation against the load, over a finite lambda_2; a look for each family of starts, a colour for each of several frictions."""
     (axes,) = new_axes(ax)
     runs = table[table["outcome"] != "FAILED"]
-    slips = runs["dissipation"] > 0
-    low, high = (runs.loc[slips, "dissipation"].min() / 3, runs.loc[slips, "dissipation"].max() * 3) if slips.any() else (0.1, 10.0)
+    slips = runs.loc[runs["dissipation"] > 0, "dissipation"]
+    low, high = (slips.min() / 3, slips.max() * 3) if len(slips) else (0.1, 10.0)
     bounded = bool(np.isfinite(runs["load_ratio"]).all())
-    families, frictions = ({name: k for k, name in enumerate(table[column].unique())} for column in ("family", "friction_number"))
-    several = len(frictions) > 1
-    for (family, friction), rows in runs.groupby(["family", "friction_number"], sort=False):
-        at = np.where(rows["dissipation"] > 0, rows["dissipation"], low / 2)
-        color, marker = series(frictions[friction] if several else families[family])["color"], series(families[family])["marker"]
-        load = rows["load_ratio" if bounded else "load_factor"]
-        axes.plot(load, at, linestyle="none", markersize=5, mfc="none", color=color, marker=marker, label=None if several else family)
-    if several:
-        for family, number in families.items():
-            axes.plot([], [], color=BLACK, marker=series(number)["marker"], linestyle="none", mfc="none", label=family)
-        for friction, number in list(frictions.items())[: len(SERIES)]:
-            row = table[table["friction_number"] == friction].iloc[0]
-            scattered = rf" $\pm$ {row['friction_std']:.2g}" if row["friction_std"] > 0 else ""
-            axes.plot([], [], color=series(number)["color"], lw=3, label=f"$f$ = {row['friction']:.4g}{scattered}")
+    name = r"load factor over the shakedown limit, $\lambda / \lambda_2$" if bounded else r"load factor $\lambda$"
+    load = runs["load_ratio" if bounded else "load_factor"]
+    _runs(axes, table, runs.assign(load=load, work=runs["dissipation"].where(runs["dissipation"] > 0, low / 2)))
     axes.axhline(low, color=BLACK, lw=0.6)
     per_depth = " per depth" if (table["engine"] == "path").any() else ""  # in space a study has increments alone
-    axes.set(yscale="log", ylim=(low / 4, high), ylabel=f"work of friction per cycle, $W$\n(force times length{per_depth})")
+    axes.set(xlabel=name, yscale="log", ylim=(low / 4, high), ylabel=f"work of friction per cycle, $W$\n(force times length{per_depth})")
     axes.annotate("$W = 0$", (1, low / 2), (5, 0), xycoords=("axes fraction", "data"), textcoords="offset points", va="center")
-    axes.set_xlabel(r"load factor over the shakedown limit, $\lambda / \lambda_2$" if bounded else r"load factor $\lambda$")
     if bounded:
         axes.axvline(1, color=BLACK, lw=0.8, linestyle="--")
     if len(runs) < len(table):
         axes.set_title(f"{len(table) - len(runs)} of {len(table)} runs failed")
-    legend(axes, "start and friction" if several else "start")
     return axes
+
+
+def _runs(axes: Axes, table: Table, runs: Table) -> None:
+    """A mark for each run at its load and work, and the legend of all runs of a study."""
+    families, frictions = ({name: k for k, name in enumerate(table[column].unique())} for column in ("family", "friction_number"))
+    several = len(frictions) > 1
+    look: Look = {"linestyle": "none", "mfc": "none"}
+    for (family, friction), rows in runs.groupby(["family", "friction_number"], sort=False):
+        color, marker = series(frictions[friction] if several else families[family])["color"], series(families[family])["marker"]
+        axes.plot(rows["load"], rows["work"], markersize=5, color=color, marker=marker, label=None if several else family, **look)
+    if several:
+        for family, number in families.items():
+            axes.plot([], [], color=BLACK, marker=series(number)["marker"], label=family, **look)
+        for friction, number in list(frictions.items())[: len(SERIES)]:
+            row = table[table["friction_number"] == friction].iloc[0]
+            scattered = rf" $\pm$ {row['friction_std']:.2g}" if row["friction_std"] > 0 else ""
+            axes.plot([], [], color=series(number)["color"], lw=3, label=f"$f$ = {row['friction']:.4g}{scattered}")
+    legend(axes, "start and friction" if several else "start")

@@ -1,5 +1,6 @@
-"""The look of all pictures."""
+"""The look of all pictures: colours, axes, legends, arrows, and the names of units."""
 
+import re
 from collections.abc import Collection
 from contextlib import AbstractContextManager
 from functools import singledispatch
@@ -15,27 +16,23 @@ from matplotlib.text import Text
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
 
-from ..contact import shown
-from ..contact.units import in_units
+from ..contact import Array, shown
 from ..errors import ModelError
 
 AxesArray: TypeAlias = NDArray[np.object_]  # of matplotlib axes
+AnyAxes: TypeAlias = Any  # of matplotlib, in the plane or in space
 Look: TypeAlias = dict[str, Any]  # what matplotlib takes as keywords
 
 ALONG = (6.4, 3.6)  # size of a picture along the contact, inches
 FACE = (5.6, 4.6)  # size of a map of the contact face, inches
 BLACK, GREY = "#000000", "#767676"
+POINTS: Look = {"marker": ".", "markersize": 3}  # of the nodes on a line
 
 # Okabe and Ito's colours, told apart with impaired colour vision; line and marker tell the series apart in grey as well.
-SERIES: tuple[Look, ...] = (
-    {"color": "#0072B2", "linestyle": "-", "marker": "o"},
-    {"color": "#D55E00", "linestyle": "--", "marker": "s"},
-    {"color": "#009E73", "linestyle": "-.", "marker": "^"},
-    {"color": "#CC79A7", "linestyle": ":", "marker": "D"},
-    {"color": "#56B4E9", "linestyle": (0, (5, 1, 1, 1, 1, 1)), "marker": "v"},
-    {"color": "#E69F00", "linestyle": (0, (7, 2)), "marker": "P"},
-    {"color": "#000000", "linestyle": (0, (3, 1, 1, 1)), "marker": "X"},
-    {"color": "#767676", "linestyle": (0, (1, 1)), "marker": "*"},
+_COLOURS = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", BLACK, GREY
+_DASHES = "-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (7, 2)), (0, (3, 1, 1, 1)), (0, (1, 1))
+SERIES: tuple[Look, ...] = tuple(
+    {"color": color, "linestyle": dashes, "marker": marker} for color, dashes, marker in zip(_COLOURS, _DASHES, "os^DvPX*", strict=True)
 )
 
 RC: Look = dict(rc_params_from_file(Path(__file__).with_name("page.mplstyle"), use_default_template=False))
@@ -43,6 +40,8 @@ RC: Look = dict(rc_params_from_file(Path(__file__).with_name("page.mplstyle"), u
 
 _ONE_LINE = 60  # characters of names side by side
 _SCALE = 1.3  # letters and lines of a picture on a screen, over those on a journal page
+_STRESS = {("N", "mm"): "MPa", ("kN", "mm"): "GPa", ("N", "m"): "Pa", ("kN", "m"): "kPa", ("MN", "m"): "MPa"}
+_MEANING = re.compile(r"\(((?:1 / )?(?:force|length)(?: (?:times|per) (?:length|area|depth))*)\)")
 
 
 @singledispatch
@@ -69,16 +68,8 @@ def line(number: int) -> Look:
     return {name: series(number)[name] for name in ("color", "linestyle")}
 
 
-def new_axes(
-    ax: Axes | AxesArray | None,
-    panels: int = 1,
-    size: tuple[float, float] = ALONG,
-    *,
-    common_x: bool = True,
-    in_space: bool = False,
-    columns: int = 1,
-) -> list[Axes]:
-    """Axes to draw in, one for each panel: the given ones, or those of a new figure, one below the other or in columns, their labels in a line.
+def new_axes(ax: AnyAxes, panels: int = 1, size: tuple[float, float] = ALONG, *, common_x: bool = True, in_space: bool = False) -> list[Axes]:
+    """Axes to draw in, one for each panel: the given ones, or those of a new figure, one below the other, their labels in a line; in space in pairs.
 
     Raises
     ------
@@ -86,8 +77,8 @@ def new_axes(
         Not that many axes.
     """
     if ax is None:
+        figure, columns = plt.figure(figsize=size, layout="constrained"), min(panels, 2) if in_space else 1
         look = {"projection": "3d"} if in_space else None
-        figure = plt.figure(figsize=size, layout="constrained")
         grid = figure.subplots(-(-panels // columns), columns, sharex=common_x, squeeze=False, subplot_kw=look)
         figure.align_ylabels()
         for spare in grid.flat[panels:]:
@@ -105,20 +96,34 @@ def one_axes(ax: Axes | AxesArray | None, tangents: int) -> Axes:
     return new_axes(ax, size=ALONG if tangents == 1 else FACE)[0]
 
 
+def arrows(axes: AnyAxes, begin: Array, step: Array, enlarged: float = 1.0, **look: Any) -> None:
+    """Draw arrows (n, 2) or (n, 3), none where they are NaN, and make room for them in the plane."""
+    if begin.shape[1] == 3:
+        axes.quiver(*begin.T, *step.T, **look)
+        return
+    axes.quiver(*begin.T, *step.T, angles="xy", scale_units="xy", scale=1 / enlarged, **look)
+    axes.update_datalim(np.concatenate([begin, begin + enlarged * np.nan_to_num(step)]))
+    axes.autoscale_view()
+
+
+def spread(points: Array, most: int) -> list[int]:
+    """Numbers of at most so many points, each as far as possible from those before it: on a straight side evenly spaced."""
+    chosen = [int(points.sum(axis=0).argmin())]
+    distance = np.linalg.norm(points - points[:, chosen], axis=0)
+    while len(chosen) < most and distance.max() > 0:
+        chosen.append(int(distance.argmax()))
+        distance = np.minimum(distance, np.linalg.norm(points - points[:, chosen[-1:]], axis=0))
+    return chosen
+
+
 def slanted(names: Collection[str], ha: str, va: str) -> Look:
     """Look of names beside each other: slanted, with that corner at their place, where one line is too short for them."""
     return {"rotation": 50, "rotation_mode": "anchor", "ha": ha, "va": va} if len("".join(names)) > _ONE_LINE else {}
 
 
-def legend(axes: Axes, title: str | None = None) -> None:
+def legend(axes: Axes, title: str | None = None, **more: Any) -> None:
     """Legend beside the axes, where it covers no data."""
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.02), title=title, alignment="left", handlelength=2.2)
-
-
-def name_units(axes: Axes, units: str | None) -> None:
-    """Name the units in all texts of a picture."""
-    for text in [] if units is None else axes.figure.findobj(Text):
-        text.set_text(in_units(text.get_text(), units))
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.02), title=title, alignment="left", handlelength=2.2, **more)
 
 
 def equals(name: str, value: float) -> str:
@@ -133,3 +138,31 @@ def no_lines(axes: Axes, why: str) -> Axes:
     axes.text(0.5, 0.5, fill(why, width=60), transform=axes.transAxes, ha="center", va="center")
     axes.set(xticks=[], yticks=[])
     return axes
+
+
+def name_units(axes: Axes, units: str | None) -> None:
+    """Name the units in all texts of a picture."""
+    for text in [] if units is None else axes.figure.findobj(Text):
+        text.set_text(in_units(text.get_text(), units))
+
+
+def in_units(text: str, units: str | None) -> str:
+    """A text with its meanings in parentheses, such as "(force per area)", in units, such as "(MPa)"; None: as it is.
+
+    Examples
+    --------
+    >>> from frictopt.plots.style import in_units
+    >>> in_units("slip $v$ (length), traction (force per area), work (force times length per depth)", "N, mm")
+    'slip $v$ (mm), traction (MPa), work (N mm / mm)'
+    """
+    if units is None:
+        return text
+    force, length = units.split(", ")
+    words = {"times": "", "per": "/", "area": f"{length}²", "depth": length, "length": length, "force": force}
+
+    def named(match: re.Match[str]) -> str:
+        if match[1] == "force per area" and (force, length) in _STRESS:
+            return f"({_STRESS[force, length]})"
+        return f"({' '.join(filter(None, (words.get(word, word) for word in match[1].split())))})"
+
+    return _MEANING.sub(named, text)

@@ -7,12 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..contact import choice, finite_number, shown
-from ..contact.units import in_units
 from ..errors import ModelError
 from ..fem.model import ContactModel
 from ..fem.paraview import contact_face
 from ..fem.recovery import BodyFields, Steady, in_meshio
-from .style import BLACK, GREY, series
+from .style import BLACK, GREY, in_units, series
 
 _BODIES = {"von_mises": "von Mises stress (force per area)", "displacement": "displacement (length)"}
 _CONTACTS = {

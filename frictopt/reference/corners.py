@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import Array, choice, finite_array, finite_number
+from ..contact import Array, check_entries, choice, finite_array, finite_number
 from ..errors import ModelError
 
 _HALF_ANGLE = 3 * pi / 4
@@ -47,7 +47,9 @@ class CornerMode:
     def stress(self, r: ArrayLike, theta: ArrayLike) -> tuple[Array, Array, Array]:
         """Polar stresses `(s_rr, s_tt, s_rt)`, tension positive, at distance r and angle theta (radian), arrays that broadcast."""
         l1 = self.exponent + 1
-        scale = _distance(r) ** (self.exponent - 1)
+        distance = finite_array("r", r)
+        check_entries("r", distance, distance > 0, "give distances above 0, the stress has no value at the corner itself", "index")
+        scale = distance ** (self.exponent - 1)
         F, dF, ddF = (self._angular(theta, order) for order in (0, 1, 2))
         return scale * (l1 * F + ddF), scale * l1 * self.exponent * F, -scale * self.exponent * dF
 
@@ -69,13 +71,6 @@ class CornerMode:
         angle = finite_array("theta", theta)
         harmonics = [k**order * np.cos(k * angle + phase) for k in (minus, plus)]
         return np.asarray(wave(plus * _HALF_ANGLE) * harmonics[0] - wave(minus * _HALF_ANGLE) * harmonics[1])
-
-
-def _distance(r: ArrayLike) -> Array:
-    distance = finite_array("r", r)
-    if (distance <= 0).any():
-        raise ModelError(f"r: {distance.min():g}; give distances above 0, the stress has no value at the corner itself")
-    return distance
 
 
 def bonded_corner() -> tuple[CornerMode, CornerMode]:

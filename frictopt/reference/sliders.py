@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import finite_number, whole_number
-from ..errors import ModelError
+from ..contact import check_entries, finite_number, whole_number
 from .uncoupled import each_node
 
 
@@ -49,10 +48,8 @@ def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
     1.0
     """
     k, bound = each_node(k=k, bound=bound)
-    if k.min() <= 0:
-        raise ModelError(f"k: {k.min():g}; give positive stiffnesses")
-    if bound.min() < 0:
-        raise ModelError(f"bound: {bound.min():g}; give friction bounds of at least 0")
+    check_entries("k", k, k > 0, "give positive stiffnesses")
+    check_entries("bound", bound, bound >= 0, "give friction bounds of at least 0")
     X = finite_number("X", X, least=0.0)
     return float(np.sum(4 * bound * np.maximum(0.0, X - bound / k)))
 

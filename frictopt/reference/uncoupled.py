@@ -5,18 +5,17 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ROUNDING, Array, finite_array, finite_number, per_node
+from ..contact import ROUNDING, Array, check_entries, finite_array, finite_number, for_each
 from ..errors import ModelError
 
 
 def each_node(nodes: int | None = None, **values: ArrayLike) -> tuple[Array, ...]:
     """Check quantities given once for all nodes or once per node and return each as (N,); N is `nodes` or the longest."""
     arrays = {name: finite_array(name, value) for name, value in values.items()}
+    if "f" in arrays:  # a frictionless node resists no shear and has no limit
+        check_entries("f", arrays["f"], arrays["f"] > 0, "give a positive coefficient of friction")
     count = nodes or max(array.size for array in arrays.values()) or 1
-    arrays = {name: per_node(name, array, count) for name, array in arrays.items()}
-    if "f" in arrays and arrays["f"].min() <= 0:  # a frictionless node resists no shear and has no limit
-        raise ModelError(f"f: {arrays['f'].min():g}; give a positive coefficient of friction")
-    return tuple(arrays.values())
+    return tuple(for_each(name, array, count) for name, array in arrays.items())
 
 
 def uncoupled_limit(q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, f: ArrayLike, *, d: ArrayLike = 0.0) -> float:

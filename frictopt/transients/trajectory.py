@@ -15,8 +15,6 @@ from ..contact.tolerances import SIMULTANEOUS
 from ..errors import ModelError
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import xarray as xr
 
 
@@ -249,25 +247,8 @@ class Trajectory(Shown, Plotted):
         return np.array(words)[self.status]
 
     def plot_status(self, ax: Any = None) -> Any:
-        """Draw what each node does, stick, slip or open, over place and time; for the argument and errors see `plot`."""
-        return import_module("frictopt.plots.draw").draw(self, ax, "status")
-
-    def animate(self, path: "str | Path", frames: int = 48) -> None:
-        """Write an animation to a `.gif`: the shear within its bounds of friction, in space the shear on the face, from the mean load on.
-
-        Parameters
-        ----------
-        path
-            File to be written.
-        frames
-            Number of pictures, evenly spaced in time, 12 in a second.
-
-        Raises
-        ------
-        ImportError, ModelError
-            matplotlib is not installed; another ending, a file that cannot be written, a contact in space that one map cannot show.
-        """
-        import_module("frictopt.plots.transients").animate(self, path, frames)
+        """Draw what each node does, stick, slip or open, over place and time; see `plot` for the argument and what may be raised."""
+        return import_module("frictopt.plots").draw(self, ax, "status")
 
     def to_xarray(self) -> "xr.Dataset":
         """The states as a Dataset of xarray, which must be installed: slip, gap, q, p, status (in words) and work over state, node and tangent.
