@@ -34,7 +34,7 @@ class Parameters:
 
 
 FULL = Parameters()
-QUICK = Parameters(punch_elements=4, dovetail_elements=2, lap_elements=4, ratios=(0.3, 0.9, 1.5), frictions=(0.4, 0.7), friction_ratios=(1.5,))
+QUICK = Parameters(punch_elements=2, dovetail_elements=2, lap_elements=3, ratios=(0.3, 0.9, 1.5), frictions=(0.4, 0.7), friction_ratios=(1.5,))
 
 
 def lap(elements: int) -> fo.ContactModel:

@@ -51,11 +51,11 @@ QUICK = Parameters(
     roundings=(20.0, 100.0),
     frictions=(0.4, 0.6),
     friction_elements=24,
-    flat_elements=20,
+    flat_elements=12,
     flat_frictions=(1.5, 2.0),
-    pin_elements=24,
+    pin_elements=16,
     pin_frictions=(0.3, 0.5),
-    closed_scan=20,
+    closed_scan=10,
 )
 
 

@@ -47,7 +47,7 @@ class Parameters:
 
 
 FULL = Parameters()
-QUICK = Parameters(elements=3, frictions=(0.2, 0.5), meshes=(3, 4), cells=(7, 9), work_elements=2, ratios=(0.95, 1.2), starts=2)
+QUICK = Parameters(elements=2, frictions=(0.2, 0.5), meshes=(2, 3), cells=(5, 7), work_elements=2, ratios=(0.95, 1.2), starts=2)
 
 
 def _punch(elements: int) -> tuple[fo.ContactSystem, Mapping[str, fo.LoadCycle]]:

@@ -31,15 +31,15 @@ NOT_RUN = {
     "apt-get install calculix-ccx": "changes the system; the job of the tests installs it",
     "cd docs/tutorial": "a folder, which is there",
     "python": "waits for what is typed",
-    "python -m pytest -n auto --dist loadscope": "these tests; `.ci/run` takes the command from the page",
-    "pytest -n auto --dist loadscope": "the same",
+    "python -m pytest -n auto --dist worksteal": "these tests; `.ci/run` takes the command from the page",
+    "pytest -n auto --dist worksteal": "the same",
     "python -m sphinx -b html docs docs/_build/html": "a job builds the same pages and takes warnings for errors",
 }
 BY_JOBS = {  # command -> how a job has it, with what only its machine needs
     "ruff check .": "ruff check .",
     "ruff format --check .": "ruff format --check .",
     "mypy": "&& mypy",
-    'pytest -n auto --dist loadscope -m "not slow"': 'pytest -n auto --dist loadscope -m "not slow"',
+    'pytest -n auto --dist worksteal -m "not slow"': 'pytest -n auto --dist worksteal -m "not slow"',
     "python -m sphinx -W --keep-going -j auto -b html docs docs/_build/html": "python -m sphinx -W --keep-going -j auto -t online -b html docs",
     "python -m studies fuzz": "python -m studies fuzz --seed",
     "python benchmarks/mutants.py": "- python benchmarks/mutants.py",
@@ -49,7 +49,6 @@ BY_JOBS = {  # command -> how a job has it, with what only its machine needs
 }
 COUNTS = ["python benchmarks/functions.py"]  # its exit status is a number of what it finds
 SHORT = ["python -m studies"]  # what takes longer is a slow test
-MINUTES = ["error_vs_time", "extremes"]  # studies whose quick runs take minutes, too: those of the weekly job are enough
 
 
 def commands(text):
@@ -75,8 +74,10 @@ JOBS = "".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / ".git
 WEEKLY = re.findall(r"^ +- ((?:python|pytest) .*)$", (ROOT / ".github" / "workflows" / "weekly.yml").read_text(encoding="utf-8"), re.MULTILINE)
 TYPED = [command for command in OTHERS if command not in NOT_RUN and command not in BY_JOBS]
 LONG = [command for command in TYPED if command in WEEKLY]
-STUDIED = [command for command in LONG if re.match(r"python -m (studies|paper_figures)", command)]
-QUICK = [re.sub(r" --(only|cases|seed) \S+", "", command) + " --quick" for command in STUDIED if not command.endswith(tuple(MINUTES))]
+READ = re.compile(r"python -m studies \w+")  # which `quick` of conftest.py runs for those that read its tables
+SOME = {"python -m paper_figures": " dissipation two_states"}  # of tables that are there by then; tests/test_paper_figures.py draws them all
+STUDIED = [command for command in LONG if re.match(r"python -m (studies|paper_figures)", command) and not READ.fullmatch(command)]
+QUICK = [re.sub(r" --(only|cases|seed) \S+", "", command) + SOME.get(command, "") + " --quick" for command in STUDIED]
 QUICK.sort(key=lambda command: "figures" in command)  # which take the tables of the others
 HERE = [command for command in TYPED if command not in LONG] + list(dict.fromkeys(QUICK))
 

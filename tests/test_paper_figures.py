@@ -1,6 +1,8 @@
 """The figures at quick size: which files they make, when they compute data, and what a reader needs to see."""
 
+from contextlib import redirect_stdout
 from dataclasses import replace
+from io import StringIO
 
 import numpy as np
 import pandas as pd
@@ -33,32 +35,43 @@ def data(quick, quick_data):
     return quick_data
 
 
-@pytest.fixture(scope="module")
-def figures(data, tmp_path_factory):
-    """The drawn and saved figures, name -> figure."""
-    with style.styled():
-        drawn = {}
-        for name, script in FIGURES.items():
-            drawn[name] = script.draw({key: table.stored(table.quick, data) for key, table in script.TABLES.items()})
-            style.save(drawn[name], name, tmp_path_factory.getbasetemp() / "figures")
-            drawn[name].draw_without_rendering()
-        return drawn
-
-
-@pytest.fixture
-def drawn(figures, tmp_path_factory):
-    """Folder with the files of all figures."""
-    return tmp_path_factory.getbasetemp() / "figures"
-
-
 def options(data, output):
     return ["--quick", "--data", str(data), "--output", str(output)]
 
 
-def test_all_figures_are_drawn_by_default(data, drawn, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("paper_figures.__main__.make", lambda name, **_options: [name])
-    assert main(options(data, tmp_path)) == 0 and capsys.readouterr().out.split() == NAMES == list(FIGURES)
-    assert sorted(path.name for path in drawn.iterdir()) == sorted(f"{name}.{kind}" for name in NAMES for kind in ("pdf", "png"))
+@pytest.fixture(scope="module")
+def run(data, tmp_path_factory):
+    """The command without names: its figures by name, the folder of its files, and what it prints."""
+    folder, save, figures = tmp_path_factory.mktemp("figures"), style.save, {}
+
+    def kept(figure, name, output):
+        paths, figures[name] = save(figure, name, output), figure
+        figure.draw_without_rendering()
+        return paths
+
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(StringIO()) as printed:
+        patch.setattr(style, "save", kept)
+        assert main(options(data, folder)) == 0
+    return figures, folder, printed.getvalue()
+
+
+@pytest.fixture
+def figures(run):
+    """The drawn and saved figures, name -> figure."""
+    return run[0]
+
+
+@pytest.fixture
+def drawn(run):
+    """Folder with the files of all figures."""
+    return run[1]
+
+
+def test_all_figures_are_drawn_by_default(run):
+    figures, folder, printed = run
+    assert list(figures) == NAMES == list(FIGURES)
+    files = [folder / f"{name}.{kind}" for name in NAMES for kind in ("pdf", "png")]
+    assert printed.split() == list(map(str, files)) and sorted(folder.iterdir()) == sorted(files)
 
 
 @pytest.mark.parametrize("name", NAMES)

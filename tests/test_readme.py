@@ -34,7 +34,7 @@ def test_it_is_short():
 def test_the_two_commands_are_where_scripts_look_for_them():
     for marker, module in (("set up and run", "studies"), ("set up and test", "pytest")):
         line = README.split(f"<!-- {marker} -->\n```\n")[1].splitlines()[0]
-        words = shlex.split(line.removesuffix(" -n auto --dist loadscope"))
+        words = shlex.split(line.removesuffix(" -n auto --dist worksteal"))
         assert words[:4] == ["python3", "-m", "venv", ".venv"] and words[words.index("-m", 5) :][:3] == ["-m", "pip", "install"]
         assert words[-1] in STUDIES if module == "studies" else words[-1] == "pytest"
 

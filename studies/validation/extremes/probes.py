@@ -19,6 +19,7 @@ class Sizes:
     """How large the cases are."""
 
     elements: int = 40
+    unit_elements: int = 8  # of the punch in other units whose ranges are found
     most_nodes: tuple[int, ...] = (2, 4, 10, 40, 124, 250, 500, 1000)
     most_guaranteed: int = 250
     gradings: tuple[float, ...] = (1.0, 1e2, 1e4, 1e6, 1e9, 1e12)
@@ -76,11 +77,11 @@ def shakedown(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> A
     return Answer.of(found, found.load_factor)
 
 
-def punch_in_units(force: float, length: float) -> tuple[fo.ContactSystem, fo.LoadCycle]:
+def punch_in_units(force: float, length: float, elements: int = 8) -> tuple[fo.ContactSystem, fo.LoadCycle]:
     """A small punch whose mesh and material are in other units, and its load cycle."""
     material, pressure = fo.Material(force / length), force / length
     sizes = length, 2 * length, 12 * length, 12 * length
-    scene = fo.scenes.PunchOnHalfPlane(8, *sizes, growth=1.5, punch_material=material, block_material=material, grading=5.0)
+    scene = fo.scenes.PunchOnHalfPlane(elements, *sizes, growth=1.5, punch_material=material, block_material=material, grading=5.0)
     return scene.condense(), fo.LoadCycle({"P": pressure}, [{"sigma": -pressure}, {"sigma": pressure}])
 
 

@@ -36,12 +36,12 @@ def _ratio(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, start: 
     return Answer(found.ratio, found.residual, "exact paths")
 
 
-def _units(_: Sizes) -> Iterator[Probe]:
+def _units(sizes: Sizes) -> Iterator[Probe]:
     def most(force: float, length: float) -> Answer:
-        return _most(*punch_in_units(force, length), _FRICTION, 3.0, force * length)
+        return _most(*punch_in_units(force, length, sizes.unit_elements), _FRICTION, 3.0, force * length)
 
     def ratio(force: float, length: float) -> Answer:
-        return _ratio(*punch_in_units(force, length), _FRICTION, "assembled")
+        return _ratio(*punch_in_units(force, length, sizes.unit_elements), _FRICTION, "assembled")
 
     known = cache(lambda ask: ask(1.0, 1.0).number)
     for force in (1e-15, 1.0, 1e15):
