@@ -11,10 +11,9 @@ it came from as its limiting case, so that the load factors in between are safe 
 """
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 
@@ -52,7 +51,7 @@ def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLi
         if opened.tobytes() in tried or len(tried) > _MOST:
             return False
         tried.add(opened.tobytes())
-        bar.update()
+        count()
         with suppress(FrictoptError):  # one without an answer that passes the checks is none of those known to rest
             reached = best.load_factor if counts(best) else -np.inf
             rest = None if opened.all() else with_open(task, opened)  # a contact that is open for ever is none
@@ -68,7 +67,7 @@ def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLi
         while turns and counts(best) and np.isfinite(best.load_factor) and any(gains(opened) for opened in _next_to(best)):
             pass
 
-    with _search("open nodes", lambda: best) as bar:
+    with _search("open nodes", lambda: best) as count:
         climb()
         wants = len(tried) > 1
         if wants or not closed.least <= 0:
@@ -79,11 +78,12 @@ def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLi
 
 
 @contextmanager
-def _search(what: str, best: Callable[[], ShakedownLimit]) -> Iterator[Any]:
-    """A bar of programs; an interrupt keeps what is best then."""
-    with bar_of(True, what, "program", delay=2) as bar:
+def _search(what: str, best: Callable[[], ShakedownLimit]) -> Iterator[Callable[[], object]]:
+    """What counts a program, on a bar that the first one begins; an interrupt keeps what is best then."""
+    with ExitStack() as stack:
+        bar = cache(lambda: stack.enter_context(bar_of(True, what, "program", delay=2)))
         try:
-            yield bar
+            yield lambda: bar().update()
         except KeyboardInterrupt as interrupt:
             interrupt.limit = best()  # type: ignore[attr-defined]  # no class of its own: the exit status stays Python's
             interrupt.add_note("the best limit by then is in the attribute `limit`")
@@ -147,7 +147,7 @@ def best_order(best: ShakedownLimit, of_order: Callable[[LiftOff, float], Shaked
         if pivot in tried or len(tried) >= most:
             return False
         tried.add(pivot)
-        bar.update()
+        count()
         with suppress(FrictoptError):  # one without an answer that passes the checks is none of those known to rest
             asked = with_order(task, pivot, of_set)
             limit = None if asked is None else of_order(asked, best.load_factor * (1 + _GAINS))
@@ -156,7 +156,7 @@ def best_order(best: ShakedownLimit, of_order: Callable[[LiftOff, float], Shaked
                 return True
         return False
 
-    with _search("events", lambda: best) as bar:
+    with _search("events", lambda: best) as count:
         while best.load_factor < at and any(gains(pivot) for pivot in _pivots(best, order)):
             pass
     return best
