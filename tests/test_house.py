@@ -2,15 +2,18 @@
 
 import ast
 import inspect
+import re
 import subprocess
 import sys
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import frictopt
 from frictopt import errors
+from systems import CYCLE, random_system
 
 PACKAGE = Path(frictopt.__file__).parent
 _BASE = {"errors", "contact", "reference"}
@@ -142,3 +145,27 @@ def test_a_path_in_the_plane_needs_no_library_of_limits():
     joined = SYSTEM.replace("np.eye(2)", "np.eye(2) + 0.1")
     path = loaded(joined + "fo.steady_state(s, fo.LoadCycle({'P': 1.0}, [{'Q': 0.6}, {'Q': -0.6}]), 0.5, 1.0)")
     assert "numba" in path and not {"cvxpy", "pandas", "scipy.sparse", "scipy.optimize"} & path
+
+
+@pytest.mark.parametrize("title", ["limit", "steady state"])
+def test_the_way_of_a_question_is_the_one_that_is_told(title):
+    """Files are entered for the first time in the order of the page."""
+    page = (PACKAGE.parent / "docs" / "architecture.md").read_text(encoding="utf-8")
+    told = re.findall(r"`([a-z_/]+\.py)`", re.search(rf"## From a question to a {title}\n(.*?)(\n## |\Z)", page, re.DOTALL)[1])
+    asked, entered = (random_system(np.random.default_rng(0), 2), CYCLE, 0.5), dict[str, None]()
+
+    def see(frame, event, _argument):
+        path = Path(frame.f_code.co_filename)
+        if event == "call" and path.is_relative_to(PACKAGE):
+            entered.setdefault(str(path.relative_to(PACKAGE)))
+
+    ask = {"limit": lambda: frictopt.shakedown_limit(*asked), "steady state": lambda: frictopt.steady_state(*asked, 1.0)}[title]
+    ask()  # so that nothing is imported or compiled
+    sys.setprofile(see)
+    try:
+        ask()
+    finally:
+        sys.setprofile(None)
+    assert {name for name in told if name not in entered} == ({"limits/lift_off.py"} if title == "limit" else {"transients/stepped.py"})
+    order = [name for name in entered if name in told]
+    assert order == [name for name in dict.fromkeys(told) if name in entered]
