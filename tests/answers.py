@@ -19,7 +19,7 @@ DRAWN = DESIGNS.solve(0.6, [DESIGNS.preload == 0.2, DESIGNS.profile == 0.1])
 STEADY, PATH = fo.steady_state(*ASKED, 1.5), fo.march(*ASKED, 1.5, cycles=2)
 SPAN = fo.dissipation_range(*ASKED, 0.8)
 REST = fo.limit_after_protocol(*ASKED, scan=3, protocol=[fo.starts.LoadStep({"mean": 2.0}, {"cyclic": 1.0})])
-CURED = fo.least_excursion(*ASKED, 0.6, excursion={"mean": -0.95}, samples=2)
+CURED = fo.least_excursion(*ASKED, 0.6, excursion={"mean": -0.95})
 WORN = fo.wear(replace(PAIR, width=[1.0, 1.0]), *ASKED[1:], 1.5, coefficient=0.01, cycles=1)
 MOVED = fo.increments.ExactIncrement(PAIR, 0.6).solve(np.zeros(2), PAIR.reaction({"mean": 1.0, "cyclic": 1.0}))
 ANSWERS = [FIRST, FIRST.slip, LIMIT, LEAST, SAFE, LOWER, CHECK, DRAWN, NEEDED, REGION, MOVED]

@@ -197,7 +197,7 @@ def test_a_limit_after_a_protocol_shows_what_became_of_the_contact_at_each_load_
 
 
 def test_a_cure_shows_the_shares_tried():
-    found = fo.least_excursion(PAIR, CYCLE, F, 0.6, excursion={"mean": -0.95}, samples=2)
+    found = fo.least_excursion(PAIR, CYCLE, F, 0.6, excursion={"mean": -0.95})
     ax = found.plot()
     drawn = rows(ax)
     for name, outcome in (("comes to rest", "rest"), ("keeps slipping", "slip")):

@@ -184,10 +184,9 @@ def _range(runs: Search, starts: RangeStarts) -> DissipationRange:
 
 
 def _searched(runs: Search, levels: list[Orbit]) -> list[Orbit]:
-    """Where the search ends from the levels with the most work, and, where no start came to rest, from those with the least.
+    """Where the search ends from the levels with the most and the least work, and from the best random starts around both ends.
 
-    A local extreme may have more or less work beside it, or a basin of its own far away: so the search goes on from the best random starts around
-    both ends, too, even if these are less extreme at first, and from an end itself where that is no local extreme.
+    A local extreme may have more or less work beside it, or a basin of its own far away. An end that is no local extreme is searched from again.
     """
     ends = _climbed(runs, levels[:_DESCENDED], levels[::-1][:_CLIMBED])
     for _ in range(_ROUNDS):

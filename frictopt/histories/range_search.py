@@ -125,10 +125,7 @@ class Search:
         return steady_state(*self._asked, initial_slip=orbit.start, steps=self._steps, progress=False) if orbit.state.steps else orbit.state
 
     def around(self, orbit: Orbit, least: float) -> list[Orbit]:
-        """Orbits of at least so much work from random starts around that of an orbit, within two spreads of its slips, and closer.
-
-        None where any work counts and there are many nodes: such transients cannot be given up early.
-        """
+        """Orbits of at least so much work from random starts around one; none where any work counts and many nodes let no transient end early."""
         assert orbit.path is not None
         size, count = _spread(orbit.start, orbit.path), _EACH // len(orbit.start)
         if not least and count < 2 * _AROUND[0]:
@@ -257,10 +254,7 @@ class RangeStarts:
 
     @cached_property
     def _directions(self) -> Mapping[str, Array]:
-        """Directions of slip, (N,) or (N, 2): along the changes of the load, stretched and squeezed, and those that unload an end of the contact.
-
-        In space it stretches along both tangents, turns about the normal, and has four ends, between the tangents.
-        """
+        """Directions of slip, (N,) or (N, 2): along changes of the load, stretched, squeezed, turned, and those that unload an end of the contact."""
         system, q1 = self._task.system, self._task.cycle.corner_reactions(self._task.system)[0]
         changes: dict[str, Array] = {}
         for name, step in zip(self._task.cycle.corner_names, np.roll(q1, -1, axis=0) - q1, strict=True):

@@ -236,11 +236,7 @@ class Course:
         return (self.per_work * self.steady.friction * self.steady.sliding_distance)[:, None] * self.steady.system.C
 
     def after(self, h: Array) -> SteadyState:
-        """The steady state after a depth h has been worn off.
-
-        The bonded reactions of the state grow by what the lost depth carried, so that the state is in equilibrium; on the way to the next corner
-        they go back to those of the loads.
-        """
+        """The steady state after a depth h has been worn off, from the state in equilibrium: its bonded reactions grow by what the depth carried."""
         worn, state = self.steady.system.with_gap(self.steady.system.gap + h), self.steady.state
         q, p = parted(worn.S[:, -worn.nodes :] @ h, worn.tangents + 1)
         return self.settle(worn, replace(state, bonded_q=state.bonded_q + q, bonded_p=state.bonded_p + p))
