@@ -32,14 +32,11 @@ class Cycle:
 
     Attributes
     ----------
-    before, after
-        (m,) what the map of a cycle acts on, in slip scales: slip and gap on the exact path, slip in increments, where the gap follows from it.
-    change
-        Largest difference of the two.
-    work, slid
-        (N,) work of friction, and way slid by each closed node, length.
-    works
-        Work of friction in each load cycle.
+    before, after, change
+        (m,) what the map of a cycle acts on, in slip scales: slip and gap on the exact path, slip in increments, where the gap follows from it; and
+        the largest difference of the two.
+    work, slid, works
+        (N,) work of friction, and way slid by each closed node, length; and the work in each load cycle.
     events
         The same in two cycles where the same nodes slip and open: the changes of status, whose order within a segment of the path does not count.
     bonded, u, r

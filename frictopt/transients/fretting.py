@@ -57,13 +57,7 @@ def _axes(values: Array) -> Array:
 
 
 def worst_planes(fields: object, side: int, weights: Mapping[str, float]) -> dict[str, Array]:
-    """Columns of a table from fields at the states of one cycle, or a list of such lists: at each node and for each parameter the worst cycle.
-
-    Raises
-    ------
-    ModelError
-        No such fields.
-    """
+    """Columns of a table from fields at the states of one cycle, or a list of such lists: at each node and for each parameter the worst cycle."""
     tensors, given = "tensors_at_contact", listed("fields", fields if np.iterable(fields) else [])
     cycles = [given] if given and hasattr(given[0], tensors) else [listed("fields", cycle if np.iterable(cycle) else []) for cycle in given]
     if not cycles or not all(len(cycle) > 1 and all(hasattr(state, tensors) for state in cycle) for cycle in cycles):
@@ -84,22 +78,11 @@ def _columns(cycle: Sequence[Any], side: int, weights: Mapping[str, float]) -> d
 def critical_planes(stress: ArrayLike, strain: ArrayLike, *, findley: float, crossland: float, fatemi_socie: float) -> dict[str, float]:
     """Parameters of one point over M states, each on the plane through it on which the parameter is largest.
 
-    Amplitudes of vectors are half the largest distance of two states, which is exact for loads in phase.
-
-    Parameters
-    ----------
-    stress, strain
-        (M, 3, 3) tensors, stress tension positive.
-    findley, crossland, fatemi_socie
-        See `SteadyState.fretting_table`.
-
-    Returns
-    -------
-    dict
-        SWT, largest tensile stress on the plane times amplitude of its normal strain, and the normal stress on that plane at its ends, `from` the
-        least `to` the largest; Findley, shear amplitude plus `findley` times the largest normal stress; Fatemi_Socie, amplitude of the shear angle
-        times 1 plus `fatemi_socie` times the largest normal stress, or 0 where pressure makes that negative; Crossland, which has no plane, amplitude
-        of the root of J2 plus `crossland` times the largest hydrostatic stress.
+    Stress, tension positive, and strain are (M, 3, 3). Amplitudes of vectors are half the largest distance of two states, which is exact for loads in
+    phase. Weights are those of `SteadyState.fretting_table`. SWT is the largest tensile stress on the plane times the amplitude of its normal strain,
+    and `from` and `to` are the least and largest normal stress on that plane; Findley is the shear amplitude plus `findley` times the largest normal
+    stress; Fatemi_Socie the amplitude of the shear angle times 1 plus `fatemi_socie` times the largest normal stress, or 0 where pressure makes that
+    negative; Crossland, which has no plane, the amplitude of the root of J2 plus `crossland` times the largest hydrostatic stress.
 
     Examples
     --------

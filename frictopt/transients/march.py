@@ -147,13 +147,7 @@ def amplitudes_at(system: ContactSystem, cycle: LoadCycle, load_factor: float, t
 
 
 def path_of(system: ContactSystem, *asked: Any, steps: int | None = None, engine: object = None) -> ExactPath | SteppedPath:
-    """A `Transient` that has not begun, by an engine of `march`, of a system and what else `Transient` asks for; `steps` as in `march`.
-
-    Raises
-    ------
-    ModelError
-        Bad input, an engine that there is not, or not for this contact.
-    """
+    """A `Transient` that has not begun, of a system and what else `Transient` asks for; `steps` and `engine` as in `march`."""
     plane = checked_system(system).tangents == 1
     way = "path" if plane and steps is None else "newton"
     way = way if engine is None else str(choice("engine", engine, ("path", *ENGINES)))

@@ -25,12 +25,10 @@ class OnsetEvent(Shown):
     ----------
     corner, loads
         Number of the corner, from 0, and its loads as `LoadCycle.corner_names` writes them.
-    event
-        "slip", "separation", or "touch" of an open node.
-    load_factor
-        Load factor of the event; inf if it never happens, 0 if it happens under the mean load alone.
+    event, load_factor
+        "slip", "separation", or "touch" of an open node; and its load factor, inf if it never happens, 0 if under the mean load alone.
     node
-        Index of the node; None if the event never happens. Of several simultaneous nodes, that with the lowest index.
+        Index of the node, of several simultaneous ones the lowest; None if the event never happens.
     sense
         +1: the node slips along +x (q = -f p), -1: along -x (q = +f p), 0: it separates or touches, or the event never happens. In three dimensions
         the unit vector of the slip along the two tangents.

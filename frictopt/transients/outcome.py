@@ -42,7 +42,7 @@ class SteadyState(Recorded, Plotted):
     period
         Load cycles after which the state comes back, or its drift repeats: 1 or 2.
     system, cycle, friction, load_factor
-        What was asked: the contact, its load cycle, (N,) coefficients of friction, and the load factor.
+        What was asked; friction is (N,).
     slip
         Slip at the last corner of the cycle, (N,) in the plane, (N, 2) in space, length (for ratcheting: after the last cycle that was followed).
     gap
@@ -197,10 +197,8 @@ class SteadyState(Recorded, Plotted):
 
         Raises
         ------
-        ModelError
-            Bad input.
-        SolverError
-            See `states`.
+        ModelError, SolverError
+            Bad input; see `states`.
 
         Notes
         -----

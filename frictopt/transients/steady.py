@@ -123,11 +123,6 @@ def _step_error(run: Run, found: Settled, early: Sequence[Array], begun: Stepped
     Nodes that slip in the first cycles alone keep that slip. So finer increments follow the steady state from slips that differ from its own as those
     after the first cycles do, `early` in all increments. They part each increment into four, or more up to 32 from corner to corner, and the last one
     into ever smaller ones. What their work has yet to change when they end is extrapolated.
-
-    Raises
-    ------
-    NoContinuation, SolverError
-        Finer increments have no answer.
     """
     path, cycle, changes = cast(SteppedPath, found.path), found.cycle, list[float]()
     for _ in early:
@@ -154,13 +149,7 @@ def _step_error(run: Run, found: Settled, early: Sequence[Array], begun: Stepped
 
 
 def reported(run: Run, found: Settled, step_error: float) -> SteadyState:
-    """The steady state in words and units of the caller, if its states obey the law and the balance of energy.
-
-    Raises
-    ------
-    SolverError
-        They do not.
-    """
+    """The steady state in words and units of the caller; SolverError if its states violate the law or the balance of energy."""
     path, cycle, n, slips = found.path, found.cycle, found.path.nodes, found.outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETING)
     axes, gap, work = path.system.tangents + 1, path.system.gap, cycle.work / run.period
     errors = [off_law(path.system, path.friction, one.bonded, one.u, one.r, path.largest, one.previous).max() for one in found.judged]

@@ -147,13 +147,7 @@ class _Growth:
 
     @cached_property
     def inverses(self) -> tuple[Array, Array]:
-        """(n, n) inverses of L and of U.
-
-        Raises
-        ------
-        NoContinuation
-            A pivot is none beside the stiffness of its motion: the rates are not unique.
-        """
+        """(n, n) inverses of L and of U; NoContinuation if a pivot is none beside the stiffness of its motion: the rates are not unique."""
         n, K = len(self.order), self.equations[:, self.order]
         lower, upper = np.eye(n), np.eye(n)
         for k in range(n):

@@ -24,20 +24,11 @@ _STARTS = 3  # covering vectors tried by Lemke's method
 
 @dataclass(frozen=True, eq=False)
 class RateProblem:
-    """`z >= 0, M z + c >= 0, z (M z + c) = 0` over the nodes at a bound.
+    """`z >= 0, M z + c >= 0, z (M z + c) = 0` over the nodes at a bound, n pairs.
 
-    Attributes
-    ----------
-    M, c
-        (n, n), (n,).
-    node, kind
-        (n,) node of each pair, and the meaning of z > 0: +1 or -1 slip of that sense, 2 opening.
-    u_rate
-        (2N, n + 1) rates of `[v, w]`: in column k for unit z_k, in the last column for z = 0.
-    free
-        Closed nodes without friction: their slip rate is not restricted.
-    floating, sliding
-        Whether the open and the frictionless nodes can move without resistance; and whether they can if all nodes at a bound move too.
+    `node` and `kind` (n,) are the node of each pair and the meaning of z > 0: +1 or -1 slip of that sense, 2 opening. `u_rate` (2N, n + 1) has rates
+    of `[v, w]`: in column k for unit z_k, in the last column for z = 0. `free` are closed nodes without friction, whose slip rate is not restricted.
+    `floating`: the open and the frictionless nodes can move without resistance; `sliding`: they can if all nodes at a bound move too.
     """
 
     M: Array

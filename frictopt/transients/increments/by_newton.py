@@ -153,13 +153,7 @@ class _Left(NewtonIncrement):
 
 
 class _Rest:
-    """The nodes that are left of a contact where open ones are eliminated: as long as nothing acts on these, they follow the others.
-
-    Raises
-    ------
-    ModelError, LinAlgError
-        Without the others something of the open nodes moves freely.
-    """
+    """The nodes that are left of a contact where open ones are eliminated: as long as nothing acts on these, they follow the others."""
 
     def __init__(self, whole: NewtonIncrement, opened: NDArray[np.bool_]) -> None:
         system, left, self.opened = whole.system, ~opened, opened

@@ -28,17 +28,7 @@ _GAIN = 0.25  # of the squared error by a step: where it falls by less, what is 
 
 @dataclass(frozen=True, eq=False)
 class Law:
-    """Dimensionless stiffness, friction, and the c and d of each node, for N nodes with t tangents each.
-
-    Attributes
-    ----------
-    S
-        (M, M) stiffness over its scale, M = (t + 1) N.
-    friction
-        (N,) coefficients of friction.
-    own
-        (t + 1, N) positive numbers of the size of each direction's own stiffness, alike for the tangents of a node: d, and last c.
-    """
+    """Stiffness (M, M) over its scale, friction (N,), and the d of the tangents and c of each node, (t + 1, N), of the size of its own stiffness."""
 
     S: Array
     friction: Array
