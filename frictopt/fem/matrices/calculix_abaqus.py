@@ -60,7 +60,8 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     if deck is None and not path.exists():
         return MatrixJob(K, labels, M=M)
     written, keywords = read_deck(path), [(keyword, options) for keyword, options, _ in blocks(path)]
-    if any(keyword == "CONTACTPAIR" for keyword, _ in keywords) and any("PERTURBATION" in options for _, options in keywords):  # seen in 2.20
+    perturbed = any(keyword == "STEP" and "PERTURBATION" in options for keyword, options in keywords)
+    if perturbed and any(keyword == "CONTACTPAIR" for keyword, _ in keywords):  # CalculiX 2.20 was seen to do so
         raise ModelError(f"deck {path.name}: *STEP, PERTURBATION puts the springs of each *CONTACT PAIR into the matrix; take *CONTACT PAIR out")
     labels, felt = with_rotations(K, labels, written)
     thick = sorted({kind for kind, _, _ in written.elements if kind.startswith(("CPS", "CPE"))})

@@ -145,10 +145,10 @@ def named(mesh: Mesh, deck: Deck, what: str) -> Mesh:
     for name, blocks in faces.items():
         nodes = np.concatenate([np.zeros((0, k), dtype=int), *(own[:, :k] for own in blocks if own.shape[1] >= k)])
         places = places_among(nodes, mesh.facets.T)
-        lost = np.count_nonzero(places < 0)
-        if lost or len(nodes) < any(map(len, blocks)):
+        lost, some = np.count_nonzero(places < 0), any(map(len, blocks))
+        if lost or (some and not len(nodes)):
             raise ModelError(f"mesh {what}: boundary {name!r}: {lost} of its {len(nodes)} faces belong to no element; {_GROUPS}")
-        if len(nodes):
+        if some:
             found[name] = np.unique(places)
     return mesh.with_boundaries(found).with_subdomains(subdomains)
 
