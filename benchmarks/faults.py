@@ -168,7 +168,7 @@ FAULTS = (
     Fault("fem/matrices/job.py", "a pressure pulls", '-finite_number("pressure", value)', 'finite_number("pressure", value)',
           "matrices calculix"),
     Fault("fem/matrices/job.py", "a total force is a traction", '(share.sum() if name == "total" else 1.0)', "1.0", "matrices calculix"),
-    Fault("fem/matrices/constraints.py", "weights of an equation pull the other way", "-w / weight", "w / weight", "constraints"),
+    Fault("fem/matrices/keywords.py", "weights of an equation pull the other way", "-w / weight", "w / weight", "constraints"),
     Fault("fem/matrices/calculix_abaqus.py", "columns are rows", "symmetric(\"stiffness\", row, column", "symmetric(\"stiffness\", row, row",
           "doors"),
     Fault("fem/rigid.py", "generalised coordinates stand still in rigid motions", "u[generalised] = _followed(K, generalised, u)", "pass",

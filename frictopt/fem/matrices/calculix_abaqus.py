@@ -10,10 +10,10 @@ from scipy.sparse import csr_matrix
 
 from ...contact import ROUNDING, SAME_POINT, Array, Booleans, Integers
 from ...errors import ModelError
-from .deck import Deck, read_deck
+from .deck import Deck, blocks, fields, number, text_of
 from .job import MatrixJob
+from .keywords import read_deck
 from .meshes import file_path
-from .text import blocks, fields, number, text_of
 
 _REMEDY = "write it with *SUBSTRUCTURE MATRIX OUTPUT, STIFFNESS=YES, OUTPUT FILE=USER DEFINED, for one substructure"
 _NODES = re.compile(r"\*\*.*ELEMENT NODES.*\n((?:\s*\*\*.*\n)*)", re.IGNORECASE)

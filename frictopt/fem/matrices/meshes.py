@@ -15,9 +15,8 @@ from skfem import Mesh
 from ...contact import SAME_POINT, Array, Integers, place, shown
 from ...errors import ModelError
 from ..elasticity import QUADRATIC, completion, places_among
-from .constraints import Constraints
-from .deck import Deck, read_deck
-from .text import PLANE, SOLID
+from .deck import PLANE, SOLID, Constraints, Deck
+from .keywords import read_deck
 
 _CORNERS = {  # of the faces S1, S2, ... of an element in decks
     "triangle": ((0, 1), (1, 2), (2, 0)),
