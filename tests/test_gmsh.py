@@ -158,7 +158,7 @@ def test_a_mesh_without_names_has_no_bodies(tmp_path):
 def test_bodies_that_share_nodes_are_told_to_split(tmp_path):
     cubes(MeshTet, [tmp_path / "a.msh"])
     both = fo.Body(fo.read_mesh(tmp_path / "a.msh"))
-    with pytest.raises(fo.ModelError, match=r"facets inside the body; name its outline, or `split_bodies`"):
+    with pytest.raises(fo.ModelError, match=r"facets inside the body; name facets of its outline .`split_bodies` gives"):
         fo.ContactModel({"upper": both, "lower": both}, [], {"P": [fo.BodyForce("upper", z=-1)]}, [fo.Contact("upper", "lower", "middle", "middle")])
     with pytest.raises(fo.ModelError, match=r"pair 1 is node 0 at \(0, 0\) twice, so both bodies share it"):
         fo.condense(np.eye(4), {"P": [0, -1, 0, -1]}, [[1, 0], [0, 0]], [0, 1], [[0, 1], [2, 3]], [[0, 0], [1, 0]])

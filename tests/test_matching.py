@@ -6,7 +6,7 @@ from scipy.sparse import block_diag
 
 import frictopt as fo
 from calculix import Block, lines
-from frictopt.fem.matrices.deck import read_deck
+from frictopt.fem.matrices.keywords import read_deck
 from refused import refused
 
 

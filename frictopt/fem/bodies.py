@@ -95,7 +95,8 @@ class Body:
             raise ModelError(f"{argument}: boundary {shown(name)} is unknown; this mesh names {sorted(boundaries)}{hint}")
         facets = np.unique(boundaries[name])
         if not len(facets) or np.any(self.mesh.f2t[1, facets] >= 0):
-            raise ModelError(f"{argument}: boundary {name!r} has no facets, or facets inside the body; name its outline, or `split_bodies`")
+            hint = "name facets of its outline (`split_bodies` gives bodies that share nodes their own)"
+            raise ModelError(f"{argument}: boundary {name!r} has no facets, or facets inside the body; {hint}")
         return facets
 
     def boundary_nodes(self, name: str, argument: str) -> Integers:

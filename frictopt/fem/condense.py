@@ -117,6 +117,14 @@ def condense(
     ContactSystem(nodes=2, x=0 .. 1, loads=['P'], gap=False)
     >>> system.bonded["P"][1].tolist()
     [1.0, 1.0]
+
+    The same on ground that has rows in the matrix, which are held, glued to places on it:
+
+    >>> rows, points, P = np.arange(8).reshape(4, 2), [[0.0, 0.0], [1.0, 0.0]] * 2, [0.0, -1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0]
+    >>> whole = np.kron(np.eye(2), K.toarray())
+    >>> same = fo.condense(whole, {"P": P}, [0, 1], [0.0, 1.0], rows, points, held=rows[2:].ravel(), projection=np.eye(4)[2:])
+    >>> bool(abs(same.S - system.S).max() < 1e-12)
+    True
     """
     K = checked_stiffness(K)
     where = finite_array("points", points, (None, None))

@@ -152,8 +152,7 @@ def boundary_forces(mesh: Mesh, facets: Integers, traction: Callable[[Array, Arr
     inward = mesh.p[:, mesh.t[:, elements]].mean(axis=1) - mesh.p[:, mesh.facets[:, facets]].mean(axis=1)
     normals = normals * -np.sign(np.sum(normals.sum(axis=2) * inward, axis=0))[:, None]
     sizes = np.linalg.norm(normals, axis=0)
-    if not sizes.min(initial=1.0) > 0:
-        m = int(sizes.min(axis=1).argmin())
+    if (m := first_of(~(sizes > 0).all(axis=1))) is not None:
         raise ModelError(f"mesh: the facet at {place(points[:, m].mean(axis=1))} has no size; repair it")
     amounts = np.array(traction(points, normals / sizes)) * circumference(points[0], kinematics) * sizes * weights
     return np.array([np.bincount(nodes.ravel(), part.ravel(), minlength=mesh.p.shape[1]) for part in np.einsum("cmq,kmq->ckm", amounts, values)])

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from skfem import Basis
 
-from ..contact import Array, check_text, finite_number, real_array, shown
+from ..contact import Array, check_text, finite_array, finite_number, shown
 from ..errors import ModelError
 from .bodies import Body, Place, checked_place, checked_point
 from .elasticity import Amount, Kinematics, basis_of, boundary_forces, element_means, gradient_forces, volume_forces
@@ -48,11 +48,9 @@ def values_at(name: str, amount: Amount, points: Array) -> Array:
     except Exception as error:  # whatever a function of the user's raises
         axes = "two arrays, x and y" if len(points) == 2 else "three arrays, x, y and z"
         raise ModelError(f"{name}: the function raised {type(error).__name__}: {error}; it gets {axes}") from error
-    values = real_array(name, given)
+    values = finite_array(f"{name}, of the function", given)
     if values.shape not in ((), shape):
         raise ModelError(f"{name}: the function gave shape {values.shape} at points of shape {shape}; give one value for each point")
-    if not np.isfinite(values).all():
-        raise ModelError(f"{name}: the function is not finite everywhere")
     return np.broadcast_to(values, shape)
 
 

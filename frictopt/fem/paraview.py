@@ -54,9 +54,10 @@ def write_paraview(path: str | Path, model: ContactModel, result: BodyFields | S
     >>> cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
     >>> steady = fo.steady_state(model.condense(), cycle, friction=0.5, load_factor=2.0)
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     fo.write_paraview(f"{folder}/punch.pvd", model, steady)
-    ...     sorted(file.name for file in Path(folder).rglob("*.vtm"))
-    ['0000.vtm', '0001.vtm', '0002.vtm']
+    ...     fo.write_paraview(f"{folder}/corners.pvd", model, steady)
+    ...     fo.write_paraview(f"{folder}/events.pvd", model, steady, every=True)
+    ...     [len([*Path(folder, name).glob("*.vtm")]) for name in ("corners", "events")]
+    [3, 9]
     """
     file = file_path("path", path)
     if not isinstance(model, ContactModel):

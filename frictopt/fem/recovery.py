@@ -12,7 +12,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 from skfem import BilinearForm
 
-from ..contact import COUNTS, Array, Plotted, Shown, finite_number, frozen, shown, whole_number
+from ..contact import COUNTS, Array, Plotted, Shown, finite_number, first_of, frozen, shown, whole_number
 from ..errors import ModelError, ModelWarning
 from .assembly import Assembly
 from .bodies import Body
@@ -267,8 +267,7 @@ def warn_of_open_nodes(w: Array, r: Array, moved: float) -> None:
     """Warn of forces (d N,) at nodes that are open, beside displacements of the bodies."""
     forces = np.linalg.norm(r.reshape(-1, len(w)), axis=0)
     carries = (w > COUNTS * moved) & (forces > COUNTS * forces.max())
-    if carries.any():
-        i = int(np.argmax(forces * carries))
+    if (i := first_of(carries, forces)) is not None:
         warnings.warn(
             f"recover: node {i} is open by {w[i]:g} and carries a force of {forces[i]:.3g}: these are no slip and gap of a state under these loads; "
             "the loads must be all those of the state, and what `with_gap` or `with_contact_stiffness` gave to the system belongs into the model",

@@ -32,24 +32,14 @@ class Dovetail(Scene):
         Angle of the flanks to the horizontal, degrees, from 10 to 80.
     elements
         Number of elements along each flank, even (N = 2 elements + 2 node pairs).
-    flank_length
-        Length of each flank.
-    neck_half_width, neck_height
-        Size of the blade above the flanks, length.
-    foot_height
-        Height of the blade below the flanks, length; the slot is 1.2 times as deep.
-    lug_height
-        Height of the disc above the flanks, length.
-    disc_half_width, disc_depth
-        Half-width of the disc, and its depth below the middle of the flanks, length.
-    edge_radius
-        Radius at both ends of the blade's flanks, which then open along a parabola of that curvature from `edge_length` before the end; 0: sharp.
-    edge_length
-        Length of flank at each end that is rounded.
-    grading
-        Size of the middle element of a flank over that of its end element, >= 1.
-    growth
-        Ratio of neighbouring element sizes away from the flanks, > 1.
+    flank_length, neck_half_width, neck_height, foot_height
+        Length of each flank, size of the blade above the flanks, and its height below them; the slot is 1.2 times as deep.
+    lug_height, disc_half_width, disc_depth
+        Height of the disc above the flanks, its half-width, and its depth below the middle of the flanks, length.
+    edge_radius, edge_length
+        Radius at both ends of the blade's flanks, which then open along a parabola of that curvature over that length before the end; 0: sharp.
+    grading, growth
+        Size of the middle element of a flank over that of its end element, >= 1; ratio of neighbouring sizes away from the flanks, > 1.
     blade_material, disc_material
         The two materials.
 

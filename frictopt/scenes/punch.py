@@ -89,10 +89,8 @@ class PunchOnHalfPlane(PunchOnBlock):
     ----------
     elements
         Number of elements along the contact, even, from 2 to 10,000 (N = elements + 1 node pairs).
-    half_width, punch_height
-        Half-width `a` of the contact and height of the punch, length.
-    block_half_width, block_depth
-        Size of the block, length.
+    half_width, punch_height, block_half_width, block_depth
+        Half-width `a` of the contact, height of the punch, and size of the block, length.
     growth
         Ratio of neighbouring element sizes away from the contact, > 1; the first one has the size of the corner element.
     punch_material, block_material
@@ -178,10 +176,8 @@ class RoundedPunch(Scene):
 
     Parameters
     ----------
-    radius
-        Radius of the round ends, or of the cylinder, length.
-    flat_half_width
-        Half of the flat in the middle, length; 0: a cylinder.
+    radius, flat_half_width
+        Radius of the round ends, or of the cylinder, and half of the flat in the middle, length; 0: a cylinder.
     punch
         Meshes, sizes, materials and supports; the contact must end within its `half_width`. Elements of one size suit an end that moves.
 
@@ -250,10 +246,8 @@ class SquarePunch(PunchOnBlock):
     ----------
     elements
         Number of elements along each side of the contact, at least 2: N = (elements + 1)^2 node pairs. 24 make 48,000 unknowns.
-    half_width, punch_height
-        Half the side `a` of the contact, and height of the punch, length.
-    block_half_width, block_depth
-        Size of the block, length.
+    half_width, punch_height, block_half_width, block_depth
+        Half the side `a` of the contact, height of the punch, and size of the block, length.
     growth
         Ratio of neighbouring element sizes away from the contact, > 1; the first one has the size of those on the contact.
     punch_material, block_material

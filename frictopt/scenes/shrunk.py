@@ -31,18 +31,14 @@ class PressFit(Scene):
 
     Parameters
     ----------
-    shaft_radius, bore_radius
-        Radius of the contact, and of the shaft's bore; 0 for a solid shaft.
-    collar_radius
-        Outer radius of the collar.
+    shaft_radius, bore_radius, collar_radius
+        Radius of the contact, of the shaft's bore (0 for a solid shaft), and outer radius of the collar.
     collar_length, shaft_length
         Lengths along the axis; the shaft is the longer one.
     elements
         Number of elements along the contact, even (N = elements + 1 node pairs).
-    grading
-        Size of the middle element of the contact over that of its end element, >= 1.
-    growth
-        Ratio of neighbouring element sizes away from the contact, > 1.
+    grading, growth
+        Size of the middle element of the contact over that of its end element, >= 1; ratio of neighbouring sizes away from it, > 1.
     shaft_material, collar_material
         The two materials.
 
@@ -127,10 +123,8 @@ class PinInPlate(Scene):
     ----------
     elements
         Number of elements around the ring, a multiple of 8 (N = elements node pairs).
-    radius
-        Radius of the pin, length.
-    plate_half_width
-        Half of the side of the plate, length, more than 1.5 radii.
+    radius, plate_half_width
+        Radius of the pin, and half of the side of the plate, more than 1.5 radii, length.
     growth
         Ratio of neighbouring element sizes away from the ring, > 1.
     pin_material, plate_material

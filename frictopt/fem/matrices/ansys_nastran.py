@@ -12,8 +12,9 @@ from scipy.sparse import csr_matrix, triu
 
 from ...contact import Integers, shown, whole_array
 from ...errors import ModelError
-from .deck import Deck, deck_of_points
+from .deck import Deck
 from .job import MatrixJob
+from .keywords import deck_of_points
 from .meshes import by_library, file_path, library
 
 _ANSYS = "ansys-mapdl-reader"

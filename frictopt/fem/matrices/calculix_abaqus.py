@@ -10,10 +10,10 @@ from scipy.sparse import csr_matrix
 
 from ...contact import ROUNDING, SAME_POINT, Array, Booleans, Integers
 from ...errors import ModelError
-from .deck import Deck, read_deck
+from .deck import Deck, blocks, fields, number, text_of
 from .job import MatrixJob
+from .keywords import read_deck
 from .meshes import file_path
-from .text import blocks, fields, number, text_of
 
 _REMEDY = "write it with *SUBSTRUCTURE MATRIX OUTPUT, STIFFNESS=YES, OUTPUT FILE=USER DEFINED, for one substructure"
 _NODES = re.compile(r"\*\*.*ELEMENT NODES.*\n((?:\s*\*\*.*\n)*)", re.IGNORECASE)
@@ -60,7 +60,8 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     if deck is None and not path.exists():
         return MatrixJob(K, labels, M=M)
     written, keywords = read_deck(path), [(keyword, options) for keyword, options, _ in blocks(path)]
-    if any(keyword == "CONTACTPAIR" for keyword, _ in keywords) and any("PERTURBATION" in options for _, options in keywords):  # seen in 2.20
+    perturbed = any(keyword == "STEP" and "PERTURBATION" in options for keyword, options in keywords)
+    if perturbed and any(keyword == "CONTACTPAIR" for keyword, _ in keywords):  # CalculiX 2.20 was seen to do so
         raise ModelError(f"deck {path.name}: *STEP, PERTURBATION puts the springs of each *CONTACT PAIR into the matrix; take *CONTACT PAIR out")
     labels, felt = with_rotations(K, labels, written)
     thick = sorted({kind for kind, _, _ in written.elements if kind.startswith(("CPS", "CPE"))})

@@ -1,20 +1,91 @@
-"""Decks of CalculiX and Abaqus, whose grammar is one: nodes, sets and elements."""
+"""Decks of CalculiX and Abaqus: their text, and what they hold: nodes, sets, elements, and constraints, by which loads follow."""
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import MappingProxyType
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.sparse import csr_matrix
 
-from ...contact import Array, Integers, Shown, finite_array, frozen, shown, whole, whole_array, whole_number
+from ...contact import ROUNDING, Array, Booleans, Integers, Shown, shown, whole, whole_array
 from ...errors import ModelError
-from .constraints import CONSTRAINING, Constraints, constraints_of
-from .text import FACELESS, FLAT, LINES, PLANE, PLANES, SHAPES, SOLID, SOLIDS, Block, blocks, entries, fields, node_count, number, shape_of
 
-_MAKING = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"}  # nodes and elements that the deck does not list
+Block: TypeAlias = tuple[str, dict[str, str], list[str]]  # keyword and names of parameters without blanks, data lines
+
+# Types of elements as CalculiX and Abaqus, or meshio, call them.
+_PLANES = ("CPE", "CPS", "CAX")
+PLANES = (*_PLANES, "triangle", "quad")  # beside solids they only name faces: gmsh writes named surfaces as CPS
+_FLAT = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"}  # shapes as meshio names them, by number of nodes
+SHAPES = {"C3D4": "tetra", "C3D8": "hexahedron", "C3D10": "tetra10", "C3D20": "hexahedron20"}
+SHAPES |= {f"{kind}{n}": shape for kind in _PLANES for n, shape in _FLAT.items()}
+PLANE = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}  # shapes, as meshio names them, and their corners, which come first
+SOLID = {"tetra": 4, "tetra10": 4, "hexahedron": 8, "hexahedron20": 8, "hexahedron27": 8}
+SOLIDS = ("C3D", "tetra", "hexahedron")
+LINES = ("T2D2", "T3D2", "T2D3", "T3D3", "line")  # gmsh writes named curves so; the ends come first and last
+FACELESS = (*LINES, "vertex", "SPRING", "MASS", "ROTARYI", "DASHPOT", "DCOUP", "GAP", "CONN")  # they carry no traction
+_KNOWN = re.compile(r"(C3D|CPE|CPS|CAX|T2D|T3D)(\d+)")
+
+
+def shape_of(kind: str) -> str | None:
+    """The shape of a type of elements with faces; None if it is none of `SHAPES`."""
+    match = _KNOWN.match(kind)
+    return SHAPES.get(match.group()) if match else kind if kind in PLANE | SOLID else None
+
+
+def node_count(kind: str) -> int | None:
+    """How many nodes an element of a type has; None if it is neither solid nor truss."""
+    match = _KNOWN.match(kind)
+    return int(match[2]) if match else None
+
+
+@dataclass(frozen=True, eq=False)
+class Constraints:
+    """Held displacements and rotations, and those that follow others; those of node i are the unknowns 6 i to 6 i + 5.
+
+    They are those of `*BOUNDARY`, `*EQUATION`, `*RIGID BODY`, and of `*COUPLING` with `*KINEMATIC`, where `u_i = u_ref + rotation x (x_i - x_ref)`.
+    """
+
+    held: Booleans  # (nodes, 6)
+    ends: Integers = field(default_factory=lambda: np.zeros((0, 2), dtype=np.intp))  # (m, 2) unknowns, the first of which follows the second
+    weights: Array = field(default_factory=lambda: np.zeros(0))  # (m,) how much
+    rigid: tuple[tuple[int, int | None], ...] = ()  # rows of the reference of a rigid part, and of the node of its rotation: None, the code makes it
+    others: tuple[str, ...] = ()  # keywords whose equations are not in the deck
+
+    def passed_on(self, forces: Array, present: Booleans, numbers: Integers) -> Array:
+        """(nodes, 6) the same forces and moments, those on unknowns that follow others moved to these; `present` are those in the matrix."""
+        wanting, moved = ~(present | self.held).ravel(), forces.ravel()
+        own = wanting[self.ends[:, 0]]
+        (row, column), follows = self.ends[own].T, np.zeros(forces.size, dtype=bool)
+        follow = csr_matrix((self.weights[own], (row, column)), shape=(forces.size,) * 2)
+        follows[row] = True
+        for _ in row:  # a chain is not longer
+            if not moved[follows].any():
+                break
+            moved = np.where(follows, 0.0, moved) + follow.T @ np.where(follows, moved, 0.0)
+        lost = wanting & (np.abs(moved) > ROUNDING * np.abs(forces).max(initial=0.0))
+        if lost.any():
+            node, axis = divmod(int(lost.argmax()), 6)
+            why = f"the deck has {', '.join(self.others)}" if self.others else "give the deck of the same job"
+            raise ModelError(
+                f"force: it acts on node {numbers[node]}, direction {axis + 1}, that neither the matrix nor *BOUNDARY has, and no *EQUATION says "
+                f"what it follows ({why}); load nodes that follow no others, write the constraint as *EQUATION, or merge tied nodes"
+            )
+        return np.asarray(moved.reshape(forces.shape))
+
+    def part(self, reference: int) -> tuple[Integers, Array]:
+        """Unknowns (m,) that follow the displacements of a node, and (m, 6) how much they follow these and its rotation."""
+        first = 6 * reference
+        leads = (self.ends[:, 1] >= first) & (self.ends[:, 1] < first + 6)
+        unknowns = np.unique(self.ends[leads & (self.ends[:, 1] < first + 3), 0])
+        follow = csr_matrix((self.weights[leads], (self.ends[leads, 0], self.ends[leads, 1] - first)), shape=(self.held.size, 6))
+        return unknowns, follow[unknowns].toarray()
+
+    def following(self, ends: Integers, weights: Array) -> "Constraints":
+        """The same, with more unknowns that follow others."""
+        return replace(self, ends=np.concatenate([self.ends, ends]), weights=np.concatenate([self.weights, weights]))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -111,176 +182,87 @@ class Deck(Shown):
         return shapes[0], *(np.concatenate([block[i] for block in solids]) for i in (1, 2))  # type: ignore[return-value]
 
 
-def deck_of_points(
-    points: Mapping[int, ArrayLike],
-    solids: Mapping[str, Sequence[Sequence[int]]] = MappingProxyType({}),
-    sets: Mapping[str, Sequence[int]] = MappingProxyType({}),
-    held: Iterable[Sequence[int]] = (),
-) -> Deck:
-    """A deck from number of a node -> coordinates (2,) or (3,), type of elements -> number and nodes of each, and node, direction that is held."""
-    read = _Read(solids=[(kind, [list(row) for row in rows]) for kind, rows in solids.items()])
-    for name, point in points.items():
-        node = whole_number("deck: node", name, least=1, most=10**12)
-        read.nodes[node] = finite_array(f"deck: node {node}", point, (None,)).tolist()
-        if len(read.nodes[node]) not in (2, 3):
-            raise ModelError(f"deck: node {node} has {len(read.nodes[node])} coordinates; give two or three")
-    if not read.nodes:
-        raise ModelError("deck: no nodes; give number of a node -> its coordinates")
-    read.members["NSET"] = {name: [str(node) for node in members] for name, members in sets.items()}
-    deck = read.deck()
-    at = {name: i for i, name in enumerate(read.nodes)}
-    for name, direction in held:
-        if direction <= 6 and name in at:
-            deck.constraints.held[at[name], direction - 1] = True
-    return deck
+def checked_labels(values: ArrayLike) -> Integers:
+    """Check that labels are distinct pairs of whole numbers, some of them displacements, and return them read-only."""
+    labels = whole_array("labels", values, (None, 2), least=-(10**12), most=10**12)
+    if not displaced(labels).any():
+        raise ModelError("labels: none is that of a displacement, a node and direction 1, 2 or 3; without any there is no contact")
+    if twice := len(labels) - len(np.unique(labels, axis=0)):
+        raise ModelError(f"labels: {twice} labels are given twice; write the matrix of solids alone: shells, beams and trusses have several rows")
+    return whole(labels)
 
 
-def _rows(row: Mapping[int, int], numbers: Sequence[int], what: str) -> Integers:
+def displaced(labels: Integers) -> Booleans:
+    """(n,) whether a label is that of a displacement of a node."""
+    return np.asarray((labels[:, 0] > 0) & (labels[:, 1] >= 1) & (labels[:, 1] <= 3))
+
+
+def rows_of_nodes(labels: Integers, numbers: Integers, constraints: Constraints) -> Integers:
+    """(nodes, 6) row of each node's displacements and rotations, -1 where the deck holds them, -2 where there is none else."""
+    if len(lost := np.setdiff1d(labels[displaced(labels), 0], numbers)):
+        raise ModelError(f"deck: node {lost[0]} of the matrix is not in it; give the deck of the same job, of solids alone, not shells or beams")
+    rows = np.flatnonzero(np.isin(labels[:, 0], numbers) & (labels[:, 1] >= 1) & (labels[:, 1] <= 6))
+    order = np.argsort(numbers)
+    node = order[np.searchsorted(numbers, labels[rows, 0], sorter=order)]
+    unknowns = np.where(constraints.held, -1, -2)
+    unknowns[node, labels[rows, 1] - 1] = rows
+    return whole(unknowns)
+
+
+def text_of(path: Path, what: str) -> str:
+    """Text of a file, without a byte-order mark."""
     try:
-        return whole([row[number] for number in numbers])
-    except KeyError as error:
-        raise ModelError(f"deck: {what} names node {error}, which is not defined; repair the deck") from error
+        return path.read_text(encoding="utf-8-sig", errors="replace")
+    except (OSError, ValueError) as error:
+        raise ModelError(f"{what}: {str(path)!r} cannot be read ({error}); give the path of a file") from error
 
 
-def read_deck(path: Path) -> Deck:
-    """Read a deck and the files that it includes; keywords that neither name, join nor constrain nodes are passed over.
-
-    meshio reads decks too, but without the numbers of the nodes, with the last block of nodes only, and no plane-strain elements.
-    """
-    read = _Read()
-    for keyword, options, lines in blocks(path):
-        said = ", ".join(f"{name}={value}" if value else name for name, value in options.items())
-        start = f"deck {path.name}: the block *{keyword} {said}".rstrip()
-        _check_listed(start, keyword, options, lines)
-        try:
-            if keyword in _READERS:
-                _READERS[keyword](read, options, lines)
-        except (KeyError, ValueError, IndexError) as error:
-            raise ModelError(f"{start} cannot be read ({error}); repair it") from error
-        if keyword in CONSTRAINING:
-            read.constraining.append((keyword, options, lines))
-    if not read.nodes:
-        raise ModelError(f"deck {path.name}: no nodes; give the input deck of the job")
-    return read.deck()
+def blocks(path: Path) -> Iterator[Block]:
+    """The blocks of a deck and of the files that it includes, in order; all in capitals, but for data lines."""
+    lines = list(_lines(path))
+    starts = [i for i, line in enumerate(lines) if line.startswith("*")]
+    for start, end in zip(starts, [*starts[1:], len(lines)], strict=True):
+        head, first = lines[start][1:], start + 1
+        while head.endswith(",") and first < end and _continues(lines[first]):
+            head, first = head + lines[first], first + 1
+        keyword, *rest = (part.strip() for part in head.split(","))
+        pairs = [(_joined(name), value.strip().strip('"')) for name, _, value in (part.partition("=") for part in rest if part)]
+        yield _joined(keyword), {name: value.upper() for name, value in pairs}, lines[first:end]
 
 
-def _check_listed(start: str, keyword: str, options: Mapping[str, str], lines: Sequence[str]) -> None:
-    """Check that a block gives nodes and displacements in the global directions, and all that it makes in the deck itself."""
-    if (keyword in ("SYSTEM", "TRANSFORM") and lines) or (keyword == "NODE" and options.get("SYSTEM", "R") != "R"):
-        raise ModelError(f"{start} gives directions of its own; write coordinates, and the matrix, in the global directions")
-    moved = keyword == "INSTANCE" and re.search("[1-9]", "".join(lines))
-    if moved or keyword in _MAKING or (keyword in ("NODE", "ELEMENT") and "INPUT" in options):
-        raise ModelError(f"{start} makes or moves nodes or elements that are not listed; {FLAT}")
+def _lines(path: Path, depth: int = 0) -> Iterator[str]:
+    """The lines of a deck that are no comments, those of a file that it includes in the place of *INCLUDE: it may go on with the block before."""
+    if depth > 20:
+        raise ModelError(f"deck {path.name}: it includes itself; take the *INCLUDE out")
+    lines = (line for line in map(str.strip, text_of(path, "deck").splitlines()) if line and not line.startswith("**"))
+    for line in lines:
+        if _joined(line.split(",")[0]) == "*INCLUDE":
+            given = (line if "=" in line else next(lines, "")).split(",")
+            files = [file.strip(' "') for name, _, file in (part.partition("=") for part in given) if _joined(name) == "INPUT"]
+            yield from _lines(path.parent / (files or [""])[0], depth + 1)
+        else:
+            yield line
 
 
-@dataclass
-class _Read:
-    """What the blocks of a deck have given so far."""
-
-    nodes: dict[int, list[float]] = field(default_factory=dict)
-    elements: dict[int, list[int]] = field(default_factory=dict)  # solids and trusses
-    solids: list[tuple[str, list[list[int]]]] = field(default_factory=list)  # of each block of elements the type, and number and nodes of each
-    members: dict[str, dict[str, list[str]]] = field(default_factory=lambda: {"NSET": {}, "ELSET": {}, "SURFACE": {}})
-    within: list[tuple[str, str]] = field(default_factory=list)  # sets of the nodes of sets of elements
-    sections: list[tuple[str, float]] = field(default_factory=list)
-    faces: dict[str, list[list[str]]] = field(default_factory=dict)
-    constraining: list[Block] = field(default_factory=list)
-
-    def name(self, kind: str, options: Mapping[str, str], members: Iterable[str]) -> None:
-        """Add members to the set that a block names."""
-        if kind in options:
-            self.members[kind].setdefault(options[kind], []).extend(members)
-
-    def deck(self) -> Deck:
-        """All of it, by rows of the nodes."""
-        sets, row = self.members, {name: i for i, name in enumerate(self.nodes)}
-        for name, among in self.within:
-            numbers = _resolved(sets["ELSET"], among, (f"{name} of nodes",))
-            sets["NSET"][name] += [str(node) for number in numbers for node in self.elements.get(number, [])]
-        nodes = {name: _rows(row, _resolved(sets["NSET"] | {"": own}, ""), f"surface {name}") for name, own in sets["SURFACE"].items()}
-        nodes |= {name: _rows(row, _resolved(sets["NSET"], name), f"node set {name}") for name in sets["NSET"]}
-        element_sets = {name: whole(_resolved(sets["ELSET"], name)) for name in sets["ELSET"]}
-        plane = [number for kind, rows in self.solids if kind.startswith(("CPE", "CPS")) for number, *_ in rows]
-        thick = dict.fromkeys(t for name, t in self.sections if plane and (not name or np.isin(element_sets.get(name, []), plane).any()))
-        surfaces = {
-            name: tuple((whole(_resolved(sets["ELSET"] | {"": row[:1]}, "")), int(row[1][1])) for row in own)
-            for name, own in self.faces.items()
-            if all(re.fullmatch("S[1-6]", row[-1].upper()) for row in own)  # others are surfaces of shells, or all of the outline
-        }
-        points = frozen([(*point, 0.0, 0.0, 0.0)[:3] for point in self.nodes.values()])
-        elements = list[tuple[str, Integers, Integers]]()
-        for kind, rows in self.solids:
-            own, *ends = zip(*rows, strict=True)
-            elements.append((kind, whole(own), whole(np.reshape([_rows(row, end, f"elements {kind}") for end in ends], (-1, len(rows))).T)))
-        constraints = constraints_of(self.constraining, row, nodes, points)
-        return Deck(whole(list(self.nodes)), points, nodes, tuple(elements), element_sets, tuple(thick), constraints, surfaces)
+def _continues(line: str) -> bool:
+    """Whether a line after a comma goes on with parameters: Abaqus continues keyword lines so, CalculiX takes a last comma for nothing."""
+    return "=" in line or line.split(",")[0].strip().upper() == "GENERATE"
 
 
-def _resolved(sets: Mapping[str, list[str]], name: str, above: tuple[str, ...] = ()) -> list[int]:
-    """Numbers in a set and in the sets that it names, each once, in their order."""
-    if name not in sets or name in above:
-        raise ModelError(f"deck: {f'set {above[-1]!r}' if above[-1] else 'a surface'} names {name!r}, which is no other set; repair the deck")
-    found = ([int(member)] if member.isdecimal() else _resolved(sets, member.upper(), (*above, name)) for member in sets[name])
-    return list(dict.fromkeys(number for numbers in found for number in numbers))
+def _joined(words: str) -> str:
+    return "".join(words.split()).upper()
 
 
-def _node(read: _Read, options: dict[str, str], lines: list[str]) -> None:
-    rows = [entries(line) for line in lines]
-    for name, *point in rows:
-        if int(name) in read.nodes:
-            raise ValueError(f"node {name} is defined twice, as in parts and instances; {FLAT}")
-        read.nodes[int(name)] = [number(value or "0") for value in point]
-    read.name("NSET", options, [row[0] for row in rows])
+def entries(line: str) -> list[str]:
+    """The entries of a data line, empty ones too."""
+    return [entry.strip().strip('"') for entry in line.split(",")]
 
 
-def _element(read: _Read, options: dict[str, str], lines: list[str]) -> None:
-    count, flat = node_count(options["TYPE"]), [entry for line in lines for entry in fields(line)]
-    if count is not None and len(flat) % (1 + count):
-        raise ValueError(f"{len(flat)} numbers, {1 + count} an element")
-    rows = [fields(line)[:1] for line in lines] if count is None else [flat[i : i + 1 + count] for i in range(0, len(flat), 1 + count)]
-    for name, *nodes in rows if count else ():
-        if int(name) in read.elements:
-            raise ValueError(f"element {name} is defined twice, as in parts and instances; {FLAT}")
-        read.elements[int(name)] = [int(node) for node in nodes]
-    if rows:
-        read.solids.append((options["TYPE"], [list(map(int, row)) for row in rows]))
-    read.name("ELSET", options, [row[0] for row in rows])
+def fields(line: str) -> list[str]:
+    """The entries of a data line that are not empty."""
+    return [entry for entry in entries(line) if entry]
 
 
-def _set(kind: str, read: _Read, options: dict[str, str], lines: list[str]) -> None:
-    rows = [fields(line) for line in lines]
-    if "GENERATE" in options:
-        ranges = [range(first, last + 1, *step) for first, last, *step in (map(int, row) for row in rows)]
-        if odd := [f"{numbers.start} to {numbers.stop - 1} by {numbers.step}" for numbers in ranges if not numbers or numbers.step < 0]:
-            raise ValueError(f"it goes from {odd[0]}, which is not upwards")
-        rows = [[str(n) for n in numbers] for numbers in ranges]
-    if kind == "NSET" and "ELSET" in options:
-        read.within.append((options["NSET"], options["ELSET"]))
-    read.name(kind, options, [member for row in rows for member in row])
-
-
-def _surface(read: _Read, options: dict[str, str], lines: list[str]) -> None:
-    kind = options.get("TYPE", "ELEMENT")
-    if kind == "NODE":  # a weight may follow
-        read.members["SURFACE"][options["NAME"]] = [node for line in lines for node in fields(line.split(",")[0])]
-    elif kind == "ELEMENT":
-        read.faces.setdefault(options["NAME"], []).extend(row for row in map(fields, lines) if row)
-
-
-def _section(read: _Read, options: dict[str, str], lines: list[str]) -> None:
-    """The first entry of a section is the thickness of plane elements."""
-    try:
-        read.sections.append((options["ELSET"], number((fields(lines[0]) or ["1"])[0]) if lines else 1.0))
-    except ValueError:
-        read.sections.append((options["ELSET"], np.nan))
-
-
-_READERS: dict[str, Callable[[_Read, dict[str, str], list[str]], None]] = {
-    "NODE": _node,
-    "ELEMENT": _element,
-    "NSET": lambda *block: _set("NSET", *block),
-    "ELSET": lambda *block: _set("ELSET", *block),
-    "SURFACE": _surface,
-    "SOLIDSECTION": _section,
-    "NODALTHICKNESS": lambda read, *_: read.sections.append(("", np.nan)),
-}
+def number(entry: str) -> float:
+    """The value of an entry, with an exponent of E or D."""
+    return float(entry.upper().replace("D", "E"))

@@ -11,7 +11,7 @@ from ...contact import Array, Integers, finite_array, finite_number, frozen, rea
 from ...errors import ModelError
 from ..elasticity import boundary_forces, facet_nodes, midside_ties
 from ..faces import facets_around, lines_along, node_normals
-from .constraints import rows_of_nodes
+from .deck import rows_of_nodes
 from .labelled import LabelledMatrix
 from .meshes import between
 

@@ -23,10 +23,9 @@ from ..elasticity import facet_nodes, parts_of, places_among
 from ..faces import lines_along
 from ..given import checked_stiffness, same_point
 from ..rigid import node_graph
-from .constraints import checked_labels, displaced, rows_of_nodes
-from .deck import Deck, deck_of_points
+from .deck import Deck, checked_labels, displaced, rows_of_nodes, text_of
+from .keywords import deck_of_points
 from .meshes import between, file_path, mesh_of, named, with_midsides
-from .text import text_of
 
 _FREQUENCY = re.compile(r"^ +\d+(?: +\S+){2} +(\S+) +\S+ *$", re.MULTILINE)  # number, eigenvalue, rad per time, cycles per time, imaginary part
 _PRINTED = re.compile(r"displacements \(vx,vy,vz\).*\n\s*\n((?: *\d+(?: +\S+){3} *\n)+)")

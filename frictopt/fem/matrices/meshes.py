@@ -15,9 +15,8 @@ from skfem import Mesh
 from ...contact import SAME_POINT, Array, Integers, place, shown
 from ...errors import ModelError
 from ..elasticity import QUADRATIC, completion, places_among
-from .constraints import Constraints
-from .deck import Deck, read_deck
-from .text import PLANE, SOLID
+from .deck import PLANE, SOLID, Constraints, Deck
+from .keywords import read_deck
 
 _CORNERS = {  # of the faces S1, S2, ... of an element in decks
     "triangle": ((0, 1), (1, 2), (2, 0)),
@@ -145,10 +144,10 @@ def named(mesh: Mesh, deck: Deck, what: str) -> Mesh:
     for name, blocks in faces.items():
         nodes = np.concatenate([np.zeros((0, k), dtype=int), *(own[:, :k] for own in blocks if own.shape[1] >= k)])
         places = places_among(nodes, mesh.facets.T)
-        lost = np.count_nonzero(places < 0)
-        if lost or len(nodes) < any(map(len, blocks)):
+        lost, some = np.count_nonzero(places < 0), any(map(len, blocks))
+        if lost or (some and not len(nodes)):
             raise ModelError(f"mesh {what}: boundary {name!r}: {lost} of its {len(nodes)} faces belong to no element; {_GROUPS}")
-        if len(nodes):
+        if some:
             found[name] = np.unique(places)
     return mesh.with_boundaries(found).with_subdomains(subdomains)
 
