@@ -87,12 +87,12 @@ def attacked(make, seeds):
 
 def test_a_proven_guaranteed_limit_holds_from_starts_that_open_and_close_nodes():
     """Where B is zero it is said, and holds, with nodes open under the mean load too."""
-    count = attacked(uncoupled, range(40))
-    assert count["proven"] == count["asked"] > 30 and not count["proven, slips"]
+    count = attacked(uncoupled, range(20))
+    assert count["proven"] == count["asked"] > 15 and not count["proven, slips"]
 
 
 def test_a_guaranteed_limit_is_not_proven_where_the_closed_nodes_alone_are_uncoupled():
-    count = attacked(closed_nodes_uncoupled, [14, 43, 84, *range(6)])
+    count = attacked(closed_nodes_uncoupled, [14, 43, 84])
     assert count["proven"] == 0 and count["not proven, slips"] >= 3
 
 

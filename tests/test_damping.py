@@ -93,23 +93,23 @@ def test_a_published_oscillator(monkeypatch):
     system, stuck = oscillator()
     assert stuck == pytest.approx(49.42140619, rel=1e-9)
     cycle = opposed("mode", {"static": 1.0})
-    curve = fo.damping_curve(system, cycle, 0.9, [100.0, 200.0, 400.0, 800.0, 1200.0], natural_frequency=stuck)
+    curve = fo.damping_curve(system, cycle, 0.9, [200.0, 800.0, 1200.0], natural_frequency=stuck)
     assert curve.natural_frequency == pytest.approx(stuck, rel=1e-12)
     assert curve.shakedown_limit == pytest.approx(linprog_limit(system, cycle, 0.9)[1], rel=1e-9)
     for factor, least, most in ((200.0, 0.0, 0.0436), (800.0, 0.0286, 0.0381), (1200.0, 0.0210, 0.0274)):
         (row,) = np.flatnonzero(curve.load_factor == factor)
         assert curve.least_damping[row] <= 1.01 * least and curve.most_damping[row] >= 0.99 * most
         assert curve.least_damping[row] <= curve.damping[row] <= curve.most_damping[row]
-    assert curve.least_frequency[1] <= 1.001 * 47.01 and curve.most_frequency[1] == pytest.approx(49.42, abs=0.01)
-    assert curve.least_frequency[4] <= 1.001 * 42.93 and curve.most_frequency[4] >= 0.999 * 43.24
+    assert curve.least_frequency[0] <= 1.001 * 47.01 and curve.most_frequency[0] == pytest.approx(49.42, abs=0.01)
+    assert curve.least_frequency[2] <= 1.001 * 42.93 and curve.most_frequency[2] >= 0.999 * 43.24
     same = fo.damping_curve(system, cycle, 0.9, [800.0], natural_frequency=stuck, range=False)
     bare = fo.ContactSystem(system.S, system.points, dict(system.bonded))
     other = fo.damping_curve(bare, cycle, 0.9, [800.0], natural_frequency=stuck, range=False)
     unsaid = fo.damping_curve(system, cycle, 0.9, [800.0])
     assert all(np.isnan(np.r_[getattr(unsaid, name), unsaid.natural_frequency]).all() for name in ("frequency", "least_frequency", "most_frequency"))
-    assert unsaid.stiffness == pytest.approx((2 * np.pi * curve.frequency[3:4]) ** 2) and "frequency" not in repr(unsaid)
-    assert unsaid.most_damping == pytest.approx(curve.most_damping[3:4])
-    assert same.frequency == pytest.approx(curve.frequency[3:4]) == other.frequency and np.isnan(same.most_damping).all()
+    assert unsaid.stiffness == pytest.approx((2 * np.pi * curve.frequency[1:2]) ** 2) and "frequency" not in repr(unsaid)
+    assert unsaid.most_damping == pytest.approx(curve.most_damping[1:2])
+    assert same.frequency == pytest.approx(curve.frequency[1:2]) == other.frequency and np.isnan(same.most_damping).all()
     twice = fo.LoadCycle({"static": 1.0}, [{"mode": 2.0}, {"mode": -2.0}])
     assert fo.damping_curve(bare, twice, 0.9, [400.0], natural_frequency=stuck / 2, range=False).displacement == pytest.approx(2 * same.displacement)
     found = SimpleNamespace(residual=1e-3, steady_states=())
@@ -140,7 +140,7 @@ def test_the_sphere_of_mindlin_and_deresiewicz():
     far = np.kron(np.eye(3), np.ones((system.nodes, 1)))
     glued = np.linalg.inv(far.T @ S @ far)[[2, 0]][:, [2, 0]]  # displacements under P and Q
     held = fo.ContactSystem(system.S, system.points, dict(system.bonded), gap=system.gap, width=system.width, compliance=glued)
-    x = np.array([0.6, 0.75, 0.9])
+    x = np.array([0.6, 0.9])
     curve = fo.damping_curve(held, cycle, f, x * f * ball.P, range=False)
     exact = np.array([ball.dissipation(Q) for Q in x * f * ball.P])
     shear_modulus = ball.E / 2

@@ -3,6 +3,7 @@
 import pickle
 import time
 from dataclasses import replace
+from functools import cache
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -22,8 +23,7 @@ PIN, MOST = fo.LoadCycle({"fit": 1.0}, [{"Fx": -1.0}, {"Fx": 1.0}]), 30.0
 
 @pytest.fixture(scope="module")
 def pin():
-    contacts = {elements: fo.scenes.PinInPlate(elements=elements).condense() for elements in (8, 16, 32)}
-    return contacts.__getitem__
+    return cache(lambda elements: fo.scenes.PinInPlate(elements=elements).condense())
 
 
 def of_sets(contact, cycle, friction):
@@ -73,7 +73,7 @@ def test_the_cycle_that_is_followed_opens_the_nodes_where_the_limit_says(pin):
     assert set(np.flatnonzero(limit.open_share)) == set(limit.events["node"])
 
 
-@pytest.mark.parametrize(("draw", "nodes", "seeds"), [(random_system, 2, range(20)), (pulled_system, 2, range(14)), (pulled_system, 3, range(12))])
+@pytest.mark.parametrize(("draw", "nodes", "seeds"), [(random_system, 2, range(20)), (pulled_system, 2, range(8)), (pulled_system, 3, range(6))])
 def test_small_contacts_against_every_order(draw, nodes, seeds):
     opening = 0
     for seed in seeds:
@@ -120,7 +120,9 @@ def test_a_plane_contact_has_the_same_limit_in_space(seed):
         limit = fo.shakedown_limit(contact, CYCLE, friction, events=True)
         if not limit.events.empty and limit.kind is fo.LimitKind.FINITE:
             found.append((limit, fo.shakedown_limit(embedded(contact, rng)[0], CYCLE, friction, events=True)))
-    assert len(found) > 2
+        if len(found) == 3:
+            break
+    assert len(found) == 3
     for limit, solid in found:
         assert solid.load_factor == pytest.approx(limit.load_factor, rel=1e-6)
         assert solid.events["node"].tolist() == limit.events["node"].tolist()

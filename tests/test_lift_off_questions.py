@@ -1,5 +1,6 @@
 """Safe slips and required friction with nodes that open and close in each cycle, against limits, plain programs and transients."""
 
+from functools import cache
 from importlib import import_module
 
 import numpy as np
@@ -27,6 +28,7 @@ def margin_in_order(safe, start, events):
     return largest_in_order(safe.system, safe.cycle, safe.friction[0], start, events, safe.load_factor, (task.mean_bound, task.clearance))
 
 
+@cache
 def opening(count, nodes=3):
     """Random contacts whose limit has nodes that open and close in each cycle, with their friction and limit."""
     found, seed = [], 0
@@ -53,7 +55,7 @@ def test_a_pin_has_the_safe_slip_of_a_plain_program_and_rests_with_it(share, pin
 
 
 def test_a_safe_slip_exists_up_to_the_limit_and_none_above():
-    for contact, friction, limit in opening(6):
+    for contact, friction, limit in opening(3):
         below, above = (fo.safe_slip(contact, CYCLE, friction, share * limit.load_factor, events=True) for share in (0.999, 1.001))
         assert below.exists and below.margin < 0.05 and not above.exists
         assert "none" not in below.reason and above.certificate is not None
@@ -73,7 +75,7 @@ def test_the_margin_falls_by_the_rate_of_friction(pin):
 
 
 def test_required_friction_agrees_with_the_limit_from_both_sides():
-    for contact, friction, limit in opening(6):
+    for contact, friction, limit in opening(3):
         required = fo.required_friction(contact, CYCLE, limit.load_factor, events=True)
         assert required.required <= friction * (1 + 1e-5)
         enough, less = (fo.shakedown_limit(contact, CYCLE, f, events=True).load_factor for f in (required.required, required.bound))

@@ -72,14 +72,14 @@ def test_an_open_node_that_presses_the_one_that_rules_is_not_taken_for_slip():
     assert limit.load_factor == pytest.approx(0.15) and limit.open.tolist() == [True, False] and "residual slip alone" not in limit.reason
 
 
-@pytest.mark.parametrize(("seed", "cycle", "most"), [(seed, CYCLE, 6) for seed in range(2, 14)] + [(seed, THREE, 5) for seed in range(20, 28)])
+@pytest.mark.parametrize(("seed", "cycle", "most"), [(seed, CYCLE, 6) for seed in range(2, 10)] + [(seed, THREE, 5) for seed in range(20, 25)])
 def test_small_contacts_against_every_set_of_open_nodes(seed, cycle, most):
     contact, friction = random_question(seed, 1, most)
     limit, best = fo.shakedown_limit(contact, cycle, friction), best_of_all_sets(contact, cycle, friction)
     assert min(limit.load_factor, MOST) == pytest.approx(best, rel=1e-6, nan_ok=True)
 
 
-@pytest.mark.parametrize("seed", range(1000, 1012))
+@pytest.mark.parametrize("seed", range(1000, 1008))
 def test_a_pattern_is_not_below_what_the_mean_load_opens_nor_a_set_next_to_it_and_rests(seed):
     contact, friction = random_question(seed, 3, 7)
     limit = fo.shakedown_limit(contact, CYCLE, friction)
@@ -150,7 +150,7 @@ def test_order_of_nodes_units_and_repeats_change_nothing(seed):
         assert found.load_factor == pytest.approx(limit.load_factor, rel=1e-7) and found.open.tolist() == limit.open.tolist()
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("large", [1, 400])
 def test_sets_of_open_nodes_are_given_up_only_where_their_limit_is_not_above_a_load_factor(seed, large, monkeypatch):
     monkeypatch.setattr("frictopt.solve.chain._LARGE", large)

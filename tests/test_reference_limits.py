@@ -48,7 +48,7 @@ def random_pairs(rng, count):
 def test_single_node_equals_the_linear_program():
     rng = np.random.default_rng(1)
     regimes = set()
-    for _ in range(300):
+    for _ in range(120):
         node = {"A": rng.uniform(0.2, 3), **random_load(rng, 1)}
         node["B"] = 0.98 * rng.uniform(-1, 1) * node["A"] / node["f"]
         limit = single_node_limit(**node)
@@ -59,7 +59,7 @@ def test_single_node_equals_the_linear_program():
 
 def test_two_nodes_equal_the_linear_programs():
     regimes = set()
-    for pair in random_pairs(np.random.default_rng(2), 150):
+    for pair in random_pairs(np.random.default_rng(2), 60):
         lower, upper = two_node_limits(**pair)
         assert (upper, lower) == pytest.approx(programs(**pair), **EXACT, nan_ok=True)
         share = lower / upper
@@ -71,7 +71,7 @@ def test_two_nodes_equal_the_linear_programs():
 @pytest.mark.parametrize("coupled", [False, True])
 def test_proportional_coupling_equals_the_linear_program(nodes, coupled):
     rng = np.random.default_rng(30 + nodes)
-    for _ in range(25):
+    for _ in range(10):
         load, A = random_load(rng, nodes), stiff(rng, nodes)
         d = coupled * 0.95 * rng.uniform(-1, 1, nodes) / load["f"]
         limit = uncoupled_limit(**load, d=d)

@@ -32,12 +32,12 @@ def told_over_true(asked, numbers, many):
 
 @pytest.mark.parametrize("seed", HARD)
 def test_the_error_told_is_not_below_the_true_one(seed):
-    assert min(told_over_true(problem(seed), [1, 2, 4], 64)) >= 1
+    assert min(told_over_true(problem(seed), [1, 2, 4], 32)) >= 1
 
 
 @pytest.mark.slow
 def test_the_errors_told_of_random_contacts_are_two_to_three_times_the_true_ones():
-    ratios = np.array([told_over_true(problem(seed), [1, 2, 4], 64) for seed in range(20)])
+    ratios = np.array([told_over_true(problem(seed), [1, 2, 4], 32) for seed in range(10)])
     assert ratios.min() >= 1 and (np.median(ratios, axis=0) <= 3).all()
 
 
