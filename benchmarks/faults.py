@@ -513,8 +513,8 @@ FAULTS = (
     Fault("transients/increments/increment.py", "the slip before does not count", "joined(self.slip, gap)", "joined(slip, gap)",
           "increment_*"),
     # path
-    Fault("transients/exact/kernel.py", "a node at one bound sticks without being asked", "bounds = 1 * (slack_forward <= small) +",
-          "bounds = 1 * (max(slack_forward, slack_backward) <= small) +", "path_exact"),
+    Fault("transients/exact/kernel.py", "a node at one bound sticks without being asked", "if touch[node] == 0 and status",
+          "if touch[node] < 3 and status", "path_exact"),
     Fault("transients/cycles.py", "one state tells the fixed point of a curved map",
           "(apart <= _SAME * proving.work.sum() + none).all() and later", "later", "spatial_cycles"),
     Fault("transients/cycles.py", "later fixed points are where this one is", "max(off, self.slow * self.fixed.aside,", "max(off,", "spatial_cycles"),
