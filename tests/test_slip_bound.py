@@ -25,7 +25,7 @@ def freed(contact):
 
 
 @pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(
     seed=st.integers(0, 10**6),
     nodes=st.integers(1, 7),
@@ -58,7 +58,7 @@ def test_the_shakedown_limit_against_a_program_over_raw_slips(tangents, seed, no
     assert fo.safe_slip(contact, cycle, f, limit.load_factor, slip_bound=most).margin == pytest.approx(0.0, abs=1e-8)
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @example(seed=787470, nodes=1, f=0.0625, free=True, size=None, factor=1.9, simplify=True)  # nothing resists its only node
 @example(seed=115175, nodes=1, f=0.0625, free=True, size=2.0, factor=1e-9, simplify=False)
 @given(
