@@ -30,7 +30,7 @@ def sparse_problems(draw):
     return K, front, rng.normal(size=n)
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(sparse_problems())
 def test_elimination_against_dense_algebra(problem):
     K, front, F = problem
@@ -45,7 +45,7 @@ def test_elimination_against_dense_algebra(problem):
     assert not u[r].any() and np.allclose(u[i], np.linalg.solve(inner, F[i]), rtol=1e-7, atol=1e-9 * np.abs(u).max(initial=1.0))
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 10**6), n=st.integers(1, 20), fronts=st.integers(1, 6))
 def test_an_indefinite_part_is_refused(seed, n, fronts):
     """The unknown that is told has a leading part, in the order of elimination, that is not positive definite."""

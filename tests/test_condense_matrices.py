@@ -20,7 +20,7 @@ def lines(*cells):
     return [np.linspace(-1, 1, n + 1) for n in cells]
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 10**6), kind=st.sampled_from([MeshTri, MeshHex]), held=st.booleans(), match=st.booleans())
 def test_any_numbering_direction_and_projection_against_multipliers(seed, kind, held, match):
     rng, d = np.random.default_rng(seed), kind().dim()

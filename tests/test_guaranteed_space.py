@@ -77,7 +77,7 @@ def test_one_node_that_its_equations_fix(seed):
         assert limit.node is None and np.isnan(limit.load_factor) == np.isnan(limit.shakedown.load_factor)
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 10**6))
 def test_one_node_and_two_corners_in_closed_form(seed):
     """The node's critical state fixes its slip: `lam = (p0 - B A^-1 q0) / (rho - B A^-1 c)`, at which it is safe by itself."""

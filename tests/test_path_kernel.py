@@ -82,7 +82,7 @@ def test_a_study_by_several_processes_announces_the_compilation_once_and_what_is
     """For one kind of arrays."""
     (tmp_path / "study.py").write_text(STUDY, encoding="utf-8")
     call = f"import subprocess, sys; subprocess.run([sys.executable, {str(tmp_path / 'study.py')!r}], check=True)"
-    kept = {"NUMBA_CACHE_DIR": str(tmp_path), "NUMBA_OPT": "0"}
+    kept = {"NUMBA_CACHE_DIR": str(tmp_path)}
     found, again = run(call, **kept), run(SLOW + TRANSIENT + COUNTS, **kept)  # loading is no compilation, however long it takes
     assert found.stdout == "20 True\n" and found.stderr.count("frictopt: compiling") == 1
     assert again.stdout == "True\n1 0\n" and not again.stderr

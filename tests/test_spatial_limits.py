@@ -23,7 +23,7 @@ def uncoupled(rng, nodes, corners):
     return system, fo.LoadCycle({"mean": 1.0}, [{name: 1.0} for name in cases]), p0, q1
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(st.integers(0, 10**6), st.integers(2, 6), st.integers(1, 6))
 def test_uncoupled_nodes_are_limited_by_the_smallest_circle_around_their_shears(seed, corners, nodes):
     rng = np.random.default_rng(seed)
