@@ -241,7 +241,7 @@ def test_loads_add_up_to_their_integrals():
     (lambda: fo.Displacement("b", (1.0,), x=1.0), "give the name of a boundary or one point"),
     (lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: 1 / 0)]}), "the function raised ZeroDivisionError"),
     (lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: np.ones(3))]}), r"the function gave shape \(3,\)"),
-    (lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: x * np.nan)]}), "pressure, of the function: value nan at index"),
+    (lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: x * np.nan)]}), "pressure, of the function: nan at index"),
     (lambda: column(loads={"P": [fo.Pressure("upper", "none")]}), r"loads\['P'\]: boundary 'none' is unknown"),
     (lambda: column(loads={"P": [fo.BodyForce("none", y=1.0)]}), "body 'none' is unknown"),
     (lambda: column(loads={"P": [fo.Displacement("upper", "top", y=1.0)]}), "moves nodes in y that no support holds"),

@@ -48,8 +48,8 @@ class DampingCurve(Shown, Plotted):
     >>> loads = {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])}
     >>> slider = fo.ContactSystem.from_blocks([[3.0]], [[0.0]], [[1.0]], [0.0], loads, compliance=[[0, 0], [0, 1]])
     >>> curve = fo.damping_curve(slider, fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}]), friction=0.5, load_factors=[0.4, 1.0])
-    >>> curve.displacement.round(6), curve.work.round(6)
-    (array([0.4     , 1.166667]), array([0.      , 0.333333]))
+    >>> curve.displacement.round(6).tolist(), curve.work.round(6).tolist()
+    ([0.4, 1.166667], [0.0, 0.333333])
     """
 
     load_factor: Array
