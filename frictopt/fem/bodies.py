@@ -1,5 +1,7 @@
 """The parts of a contact model: bodies, of their own meshes or of one that is split, and supports."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass, replace
@@ -104,7 +106,7 @@ class Body:
         return facet_nodes(self.mesh, self.boundary(name, argument))
 
     @property
-    def through_corners(self) -> "Body":
+    def through_corners(self) -> Body:
         """The body with linear elements through its corner nodes, which keep their numbers: contacts see it so."""
         if self.element != "quadratic":
             return self

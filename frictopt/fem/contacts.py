@@ -1,5 +1,7 @@
 """Contacts of a model: which faces of which bodies meet, how their nodes are joined, that no face is forgotten, and corners of several."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations

@@ -1,5 +1,7 @@
 """A contact of meshed bodies: its description by the user, and the checks of it."""
 
+from __future__ import annotations
+
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,5 +1,7 @@
 """Frequency and damping of a joint against the amplitude of its load, and their range over the residual slips."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 

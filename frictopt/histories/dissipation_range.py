@@ -1,5 +1,7 @@
 """The range of steady dissipation that searches over the starts find: an inner estimate of the true one, made of steady states that occur."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 

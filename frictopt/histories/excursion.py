@@ -1,5 +1,7 @@
 """The least excursion of the load that brings a contact to rest."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import count, islice

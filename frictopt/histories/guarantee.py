@@ -1,5 +1,7 @@
 """Verification of the guaranteed limit: transients from its witness just above it, and from many starts just below."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -1,5 +1,7 @@
 """The load factor up to which a contact comes to rest, for how it is assembled and what is done to it before."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 

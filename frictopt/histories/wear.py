@@ -1,5 +1,7 @@
 """Wear: how a contact changes over many load cycles, in jumps of cycles between steady states."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from time import perf_counter

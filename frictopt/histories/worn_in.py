@@ -1,5 +1,7 @@
 """What a contact wears into, without simulation, where a theorem says so."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

@@ -1,5 +1,7 @@
 """Transients, by the exact path or in increments: the states over a number of load cycles, and that under the mean load alone."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
 from time import perf_counter
 from typing import Any, Literal

@@ -1,5 +1,7 @@
 """Onset of slip and separation of a contact that is bonded, or settled under the mean load, corner by corner (Flicek et al. 2015, section 3)."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from html import escape

@@ -1,5 +1,7 @@
 """The steady state of a contact, its cycle, and what frets in it."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any

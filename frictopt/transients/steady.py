@@ -1,5 +1,7 @@
 """The steady state of a transient: whether it stops slipping, and if not, how much it dissipates per cycle."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from time import perf_counter
 from typing import cast

@@ -1,5 +1,7 @@
 """The states of a transient, and the loop that a load case makes over them."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -250,7 +252,7 @@ class Trajectory(Shown, Plotted):
         """Draw what each node does, stick, slip or open, over place and time; see `plot` for the argument and what may be raised."""
         return import_module("frictopt.plots").draw(self, ax, "status")
 
-    def to_xarray(self) -> "xr.Dataset":
+    def to_xarray(self) -> xr.Dataset:
         """The states as a Dataset of xarray, which must be installed: slip, gap, q, p, status (in words) and work over state, node and tangent.
 
         Coordinates are time, the places of the nodes, and the amplitudes of the load cases (case).

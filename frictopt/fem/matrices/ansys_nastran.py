@@ -1,5 +1,7 @@
 """Matrices of Ansys Mechanical APDL and of Nastran, through the libraries that read their files."""
 
+from __future__ import annotations
+
 import warnings
 from collections.abc import Mapping
 from functools import partial

@@ -1,5 +1,7 @@
 """A job of another code: the faces of its bodies, the pairs of nodes on them, and what acts there."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -78,7 +80,7 @@ class MatrixJob(LabelledMatrix):
             self._check_midsides(pairs.ravel())
         return faces
 
-    def with_linear_faces(self, *faces: str | ArrayLike) -> "MatrixJob":
+    def with_linear_faces(self, *faces: str | ArrayLike) -> MatrixJob:
         """The job in which nodes amid edges of contact faces follow the corners, and only these make pairs; see theory, "Quadratic elements".
 
         Parameters

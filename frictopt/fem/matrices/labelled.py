@@ -3,6 +3,8 @@
 The modes are those that CalculiX printed. A mode makes a load.
 """
 
+from __future__ import annotations
+
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,5 +1,7 @@
 """One friction increment by sweeps over the nodes and Newton's method: the quick way, in the plane and in space."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import product

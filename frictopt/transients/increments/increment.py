@@ -1,5 +1,7 @@
 """One friction increment: the problem as posed, in dimensionless units, and the result that every way to solve it returns."""
 
+from __future__ import annotations
+
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -92,7 +94,7 @@ class Posed:
     The unknowns are `u = [dv, w]`, slip since `slip` and total gap; the reactions `[q, p] = trial + S u`.
     """
 
-    def __init__(self, owner: "FrictionIncrement", slip: ArrayLike, bonded: Sequence[ArrayLike]) -> None:
+    def __init__(self, owner: FrictionIncrement, slip: ArrayLike, bonded: Sequence[ArrayLike]) -> None:
         system, self._started = owner.system, perf_counter()
         self.owner, self.slip = owner, finite_array("slip", slip, system.slip_shape)
         self.bonded = checked_pair("bonded", bonded, system.nodes, system.tangents)

@@ -4,6 +4,8 @@ Solvers get the program of the contact in units of the mean normal force and of 
 exact, and the answer is put into the program in the units of the contact.
 """
 
+from __future__ import annotations
+
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
