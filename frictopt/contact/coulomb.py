@@ -90,7 +90,7 @@ def referee(
     previous_slip
         Slip at the previous state; None: the slip has not changed.
     force_scale
-        Unit of the forces, that of slips times `system.stiffness_scale`; by default the mean of `abs(p^w)`.
+        Unit of the forces, by default the mean of `abs(p^w)`; over `system.stiffness_scale` it is that of the slips.
 
     Raises
     ------

@@ -50,9 +50,12 @@ class LoadCycle(Plotted):
 
     Examples
     --------
+    >>> import frictopt as fo
+    >>> fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
+    LoadCycle(mean={'P': 1.0}, corners=[{'sigma': -1.0}, {'sigma': 1.0}])
+
     A shear force that grows while the pressure comes and goes:
 
-    >>> import frictopt as fo
     >>> rocking = fo.LoadCycle(mean={"P": 1.0}, corners=[{"Q": 1.0}, {"Q": 1.0}], fixed=[{"P": -0.5}, {"P": 0.5}])
     >>> rocking.at(0.1)
     ({'P': 0.5, 'Q': 0.1}, {'P': 1.5, 'Q': 0.1})

@@ -63,7 +63,10 @@ class Mechanism:
         return np.stack([along, opening])
 
     def work(self, task: Question) -> tuple[float, float]:
-        """Works of the loads on it: resistance at load factor 0, that of held nodes too; drive per load factor; safe: `lam * drive <= resistance`."""
+        """Works on the mechanism: resistance of the loads at load factor 0 and of held nodes, and drive of what a load factor of 1 adds.
+
+        A safe slip at load factor lam needs `lam * drive <= resistance`.
+        """
         held = 0.0 if task.most is None or self.hold is None else float(np.linalg.norm(self.hold, axis=0) @ task.most)
         moves, (r0, r1) = self.moves.reshape(len(self.moves), -1), task.bonded
         return float(np.sum((moves if task.fixed else moves.sum(axis=0)) * r0)) + held, -float(np.sum(moves * r1))

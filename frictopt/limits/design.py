@@ -196,7 +196,7 @@ class DesignModel(SafeModel):
     def _of_sets(self, task: Question, own: Sequence[cp.Constraint], objective: cp.Expression | None, opened: Sets) -> Design:
         """The best design with given nodes open in each scenario."""
         (program, *_), chosen = (every := self._listed(task, own, opened)), objective is not None
-        problem = models.design(self._x, [row for each in every for row in each.rows])
+        problem = models.shakedown(self._x, [row for each in every for row in each.rows])
         if objective is not None:
             problem = cp.Problem(cp.Maximize(checked_objective(objective, self._unknowns)), problem.constraints)
         program.compiled(problem, 1.0 if chosen else task.load_unit, self._units(every), every[1:])

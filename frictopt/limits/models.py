@@ -128,7 +128,7 @@ def within(x: Unknowns, most: cp.Constant) -> list[Row]:
 
 
 def shakedown(x: Unknowns, rows: Sequence[Row]) -> cp.Problem:
-    """The largest load factor of a state of rest."""
+    """The largest load factor of a state of rest; of a design, with the rows of all scenarios, its loads being `more` in `rest`."""
     return cp.Problem(cp.Maximize(x.load_factor), [*rows, (x.load_factor >= 0).set_label("load_factor")])
 
 
@@ -157,11 +157,6 @@ def least_pressure(x: Unknowns, node: cp.Parameter, shares: Sequence[cp.Variable
     """The least normal force of a node (`node` is 1 there) over all slips and loads; the shares of the corners in the load are `more` in `rest`."""
     within = [(sum(shares) <= most).set_label("load_factor"), *((share >= 0).set_label(share.name()) for share in shares)]
     return cp.Problem(cp.Minimize(node @ x.p[0]), [*rows, *within])
-
-
-def design(x: Unknowns, rows: Sequence[Row]) -> cp.Problem:
-    """The largest load factor at which a design leaves every scenario a safe residual slip of its own; its loads are `more` in `rest`."""
-    return cp.Problem(cp.Maximize(x.load_factor), [*rows, (x.load_factor >= 0).set_label("load_factor")])
 
 
 def critical(x: Unknowns, node: cp.Parameter, at_zero: cp.Parameter, rate: cp.Parameter, sense: Any, rows: Sequence[Row]) -> cp.Problem:

@@ -13,7 +13,10 @@ _BESIDE = 1.5  # distances of the nearest node within which others are its neigh
 
 
 def open_under_mean(task: Question) -> list[Booleans]:
-    """(N,) which nodes the mean load leaves open, from no slip; with fixed parts any corner, and all; empty: none, or not settled."""
+    """(N,) which nodes the mean load leaves open, from no slip; no sets where none opens, or the load settles nowhere.
+
+    With fixed parts that differ: those that any corner leaves open at load factor 0, and those that all corners do.
+    """
     from ..transients.march import open_at_rest  # here, because a closed contact needs none
 
     found = list[Booleans]()

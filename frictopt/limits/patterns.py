@@ -99,7 +99,10 @@ def _settled(task: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
 
 
 def _next_to(best: ShakedownLimit) -> Iterator[Booleans]:
-    """Sets next to one: governing nodes opened or closed at once, at its border, singly or in small groups; the border by sides."""
+    """Sets next to one: the nodes that govern its limit opened or closed, all at once, one by one, or in space in small groups.
+
+    And those of them at its border; and the whole border from outside or inside, as a mechanism may govern on one side only.
+    """
     task = best._task
     moved = best._motion.parts(task.system).sum(axis=(0, 1))
     ruling = np.argsort(-moved, kind="stable")[: int((moved > _RULES * moved.max()).sum())]
@@ -120,7 +123,10 @@ def _next_to(best: ShakedownLimit) -> Iterator[Booleans]:
 
 
 def best_order(best: ShakedownLimit, of_order: Callable[[LiftOff, float], ShakedownLimit], at: float = np.inf) -> ShakedownLimit:
-    """The best limit that pivots reach; `of_order` asks for that of an order, counted above a load factor; the first not below `at` is enough."""
+    """The best limit that pivots reach from one with nodes that stay as they are; that itself where none is better.
+
+    `of_order` asks for that of an order, which counts above a load factor; the first not below `at` is enough.
+    """
     task, order, tried = best._task, Order(_nodes(best.open)), set[Order]()
     most = min(_MOST, _WORK // best.slip.size)
 
