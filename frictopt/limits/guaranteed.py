@@ -43,8 +43,7 @@ class GuaranteedModel(SafeModel):
     >>> import frictopt as fo
     >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
     >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
-    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> model = fo.GuaranteedModel(system, cycle)
+    >>> model = fo.GuaranteedModel(system, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]))
     >>> [round(model.solve(friction).load_factor, 6) for friction in (0.3, 0.5)]
     [0.283333, 0.45]
     >>> round(model.solve(0.5, constraints=[model.slip[1] >= 0.1]).load_factor, 6)
@@ -194,11 +193,6 @@ def guaranteed_limit(
     simplify, solver
         As in `GuaranteedModel`.
 
-    Returns
-    -------
-    GuaranteedLimit
-        `load_factor` is finite, inf (no limit) or nan (no safe slip at any load factor): each is an answer, see `kind` and `reason`.
-
     Raises
     ------
     ModelError, SolverError
@@ -209,8 +203,7 @@ def guaranteed_limit(
     >>> import frictopt as fo
     >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
     >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
-    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> limit = fo.guaranteed_limit(system, cycle, friction=0.5)
+    >>> limit = fo.guaranteed_limit(system, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), friction=0.5)
     >>> round(limit.load_factor, 6), limit.reason
     (0.45, 'node 0 is on its bound of forward slip at the corner (Q = -1) and of backward slip at (Q = +1)')
     """

@@ -32,8 +32,8 @@ class GuaranteedLimit(Rated):
     ----------
     load_factor
         lambda_1, never above lambda_2: the least load factor at which a safe slip makes some node critical, see `guaranteed_limit`; lambda_2 if no
-        node is critical below it. Inf or nan where lambda_2 is. A node that is critical at the least safe load factor (at 0 it carries nothing)
-        counts only if it can be above it too; then the limit is `least`.
+        node is critical below it. Inf (no limit) or nan (no safe slip) where lambda_2 is. A node that is critical at the least safe load factor (at 0
+        it carries nothing) counts only if it can be above it too; then the limit is `least`.
     kind, reason
         Whether it is finite, and why it is what it is in words. Where nodes are open or have no friction, or loads open one that no slip presses, it
         says that starts from which nodes open and close in every cycle may slip for ever below the limit.
@@ -62,14 +62,11 @@ class GuaranteedLimit(Rated):
     >>> import frictopt as fo
     >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
     >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
-    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> limit = fo.guaranteed_limit(system, cycle, friction=0.5)
+    >>> limit = fo.guaranteed_limit(system, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), friction=0.5)
     >>> limit.node, limit.proven, limit.load_factor <= limit.shakedown.load_factor
     (0, False, True)
-    >>> limit.to_frame()[["node", "load_factor", "how"]].round(6)
-       node  load_factor                    how
-    0     0     0.450000                 solved
-    1     1     1.285715  left out by its bound
+    >>> limit.to_frame()["how"].tolist()
+    ['solved', 'left out by its bound']
     """
 
     _said = ("load_factor", "least", "kind", "proven", "node", "largest_slip", "residual", "reason")

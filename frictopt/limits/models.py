@@ -6,8 +6,8 @@ A contact rests through a load cycle if one residual slip keeps every node close
     p_r = B slip        p_k = p0 + load_factor p1_k + p_r        |q_k| <= f p_k
 
 Of nodes that stay open, A, B and the loads are those of the closed ones alone, and their gaps stay `w0 + load_factor w1_k + W slip >= 0`. `rest`
-lists the rows without friction, `stuck` those of friction; each question below is one goal over them. In the plane slip and q are (N,), in space (N,
-2), and `|q|` is the length at each node. Nothing here is scaled, halved or eliminated: `frictopt.solve` does that below cvxpy.
+lists the rows without friction, `stuck` those of friction; each question below is one goal over them. Slip and q are (N,), in space
+(N, 2), where `|q|` is the length at each node. Nothing here is scaled, halved or eliminated: `frictopt.solve` does that below cvxpy.
 """
 
 import operator

@@ -66,12 +66,12 @@ def required_friction(
 ) -> RequiredFriction:
     """Least coefficient of friction, the same at all nodes, with which some residual slip is safe at a load factor.
 
-    A slip that is safe with friction f presses every node at every corner, and stays safe with more friction, as the bounds f p only grow. So there
-    is one coefficient above which a slip is safe and below which none is: the root of the margin of `safe_slip`. It is finite if some slip presses
-    every node at every corner; else no friction is enough. More load may need less friction, where the mean load alone is not safe and the corners
-    press: the load factors that are safe with one friction are an interval, see `ShakedownLimit.least`. Where nodes stay open, the best pattern
-    counts that the search of `shakedown_limit` finds: a slip is proven safe with its nodes open at the answer, and none with those of the pattern
-    just below it. Theory, eq. (16).
+    A slip that is safe with friction f, also with f = 0, presses every node at every corner, and stays safe with more friction, as the bounds f p
+    only grow. So there is one coefficient above which a slip is safe and below which none is: the root of the margin of `safe_slip`. It is finite if
+    some slip presses every node at every corner; else no friction is enough. More load may need less friction, where the mean load alone is not safe
+    and the corners press: the load factors that are safe with one friction are an interval, see `ShakedownLimit.least`. Where nodes stay open, the
+    best pattern counts that the search of `shakedown_limit` finds: a slip is proven safe with its nodes open at the answer, and none with those of
+    the pattern just below it. Theory, eq. (16).
 
     Parameters
     ----------

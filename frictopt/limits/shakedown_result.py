@@ -184,7 +184,7 @@ class ShakedownLimit(Rated):
     def mechanism(self) -> pd.DataFrame:
         """Which nodes limit the load, largest share of the slip first: one of several proofs, as of a symmetric contact.
 
-        Columns node, x, corner, its loads, direction (+1 slips along +x, -1 against it), share.
+        Columns node, x, corner, its loads, direction (+1 slips along +x, -1 against it; in space slip1 and slip2), share.
         """
         return self._motion.table(self.system, self._task.names)
 
