@@ -148,7 +148,7 @@ def test_the_best_preload_in_a_bare_script(tangents):
     best, script, preload = model.solve(0.5, [model.preload <= 0.4]), Script(contact, cycle, 0.5), cp.Variable(name="preload")
     q, p = contact.reaction({"mean": 1.0})
     rows = script.listing.rest(script.contact, script.x, script.corners, dict.fromkeys(script.corners, (preload * q, preload * p))) + script.stuck
-    found = script.solved(script.listing.design(script.x, [*rows, preload <= 0.4]))
+    found = script.solved(script.listing.shakedown(script.x, [*rows, preload <= 0.4]))
     assert found == near(best.load_factor, tangents) and found > 1.1 * fo.shakedown_limit(contact, cycle, 0.5).load_factor
 
 

@@ -215,13 +215,7 @@ def checked_contact(argument: str, contact: object, n: int) -> Names:
 
 
 def checked_units(units: object) -> str | None:
-    """Check the names of the units of force and length, "N, mm"; None: not known. No number depends on them.
-
-    Raises
-    ------
-    ModelError
-        No text, or not two names.
-    """
+    """Check the names of the units of force and length, "N, mm"; None: not known. ModelError if they are not two names. No number depends on them."""
     names = [name.strip() for name in units.split(",")] if isinstance(units, str) else []
     if units is not None and not (len(names) == 2 and all(names) and all(map(str.isprintable, names))):
         raise ModelError(f'units: {shown(units)}; give the names of the units of force and length, such as "N, mm"')

@@ -16,10 +16,7 @@ from .system import ContactSystem, checked_system
 def friction_coefficients(friction: ArrayLike, nodes: int) -> Array:
     """Check a friction coefficient, one for all nodes or one per node, and return it as (N,).
 
-    Raises
-    ------
-    ModelError
-        Not a real finite number or array, negative, or of a length other than 1 and N.
+    ModelError if it is not a real finite number or array, negative, or of a length other than 1 and N.
 
     Examples
     --------
@@ -36,13 +33,11 @@ class Verdict(Shown):
 
     Attributes
     ----------
-    equilibrium
-        `|r - r^w - S u|`, in units of the mean normal force.
+    equilibrium, bound
+        `|r - r^w - S u|` and `|q| - f p`, in units of the mean normal force.
     contact
-        Tension `-p`, overlap `-w`, and contact force across an open gap (the smaller of p and w), forces in units of the mean normal
-        force and lengths in units of the slip scale.
-    bound
-        `|q| - f p`, in units of the mean normal force.
+        Tension `-p`, overlap `-w`, and contact force across an open gap (the smaller of p and w), forces in units of the mean normal force and
+        lengths in units of the slip scale.
     direction
         Friction that does not oppose the slip since the previous state: the least change of that slip, of q, or of both that makes q lie on the
         bound and oppose it.
@@ -82,29 +77,20 @@ def referee(
     previous_slip: ArrayLike | None = None,
     force_scale: float | None = None,
 ) -> Verdict:
-    """Compute the residual of a state, or of T states at once, in every equation of the contact law.
-
-    Theory, eq. (4).
+    """Compute the residual of a state, or of T states at once, in every equation of the contact law. Theory, eq. (4).
 
     Parameters
     ----------
-    system
-        The contact.
+    system, friction
+        The contact and its coefficient of friction, one or one per node.
     bonded
         `(q^w, p^w)`, bonded reactions of the load of that state: q (N,) in the plane and (N, 2) in space, p (N,); or with T in front. Force.
-    friction
-        Coefficient of friction, one or one per node.
     v, w, q, p
         Slip, gap and reactions of the state, in the shapes of `bonded`; `w` includes the initial gap.
     previous_slip
         Slip at the previous state; None: the slip has not changed.
     force_scale
-        Unit of the forces; by default the mean of `abs(p^w)`.
-
-    Returns
-    -------
-    Verdict
-        Dimensionless violations. Slips are scaled by `force_scale / system.stiffness_scale`.
+        Unit of the forces, by default the mean of `abs(p^w)`; over `system.stiffness_scale` it is that of the slips.
 
     Raises
     ------
@@ -146,9 +132,9 @@ def referee(
 def off_law(system: ContactSystem, f: Array, bonded: Array, u: Array, r: Array, force: float, before: Array | None = None) -> Array:
     """(4,) largest violations of the law, those of a `Verdict`, by states `u = [v, w - g0]`, (..., M), their loads and reactions; NaN if not finite.
 
-    `before` are the states before, None: the slips have not changed. Friction that does not oppose the slip counts by the smallest of three changes:
-    no slip, q on the bound that opposes the slip, or the slip without its part across q, and q on the bound. Of a small slip in space the third one
-    counts: rounding that is nothing to the slip turns it, and with it the second one, by far.
+    Without the states `before` the slips have not changed. Friction that does not oppose the slip counts by the smallest of three changes: no slip, q
+    on the bound that opposes the slip, or the slip without its part across q, and q on the bound. The third one is for small slips in space, whose
+    direction rounding turns.
     """
     with np.errstate(invalid="ignore", over="ignore"):
         length, shape = force / system.stiffness_scale, (-1, system.tangents + 1, system.nodes)
@@ -171,10 +157,7 @@ def lengths(q: Array, p: Array) -> Array:
 
 
 def reach(q0: Array, g0: Array, q1: Array, g1: Array) -> Array:
-    """Largest lam with `|q0 + lam q1| <= g0 + lam g1`, inf where there is none; such lam form an interval, because the cone is convex.
-
-    q0, q1 are (..., 2), the bounds g0, g1 (...,). Where no lam obeys it, the one nearest to it.
-    """
+    """Largest lam with `|q0 + lam q1| <= g0 + lam g1`, q (..., 2), g (...,), inf where there is none; the nearest where no lam obeys it."""
     a, b, c = (q1**2).sum(axis=-1) - g1**2, (q0 * q1).sum(axis=-1) - g0 * g1, g0**2 - (q0**2).sum(axis=-1)  # a lam^2 + 2 b lam <= c
     root = np.sqrt(np.maximum(b**2 + a * c, 0.0))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -203,8 +186,7 @@ class ContactState(Shown):
     bonded_q, bonded_p
         Bonded reactions of the load, as `ContactSystem.reaction` gives them, in the shape of `slip` and (N,): force per depth, in space force.
     next_corner, next_loads
-        Number of the corner that the load goes to next, in a straight line; and what it is called, as `LoadCycle.corner_names` writes its loads.
-        None: its number.
+        Number of the corner that the load goes to next, in a straight line; and its name, see `LoadCycle.corner_names`; None: its number.
 
     Raises
     ------

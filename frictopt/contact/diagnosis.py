@@ -13,17 +13,7 @@ _MOST_SETS = 100  # changes of the set of open nodes
 
 
 def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: float) -> str:
-    """The forces of each contact in a state, as a text.
-
-    Parameters
-    ----------
-    system, friction
-        The contact and its (N,) coefficients of friction.
-    q, p
-        (N,) reactions of the state, q (N, 2) in space, where a contact has the resultant of its components.
-    force
-        Size of the forces: what is within rounding of it is none.
-    """
+    """The forces q, p of each contact in a state, as a text (in space the resultants of q); within rounding of the size `force` they are none."""
     names = np.array(["the contact"] * system.nodes if system.contact is None else [f"contact {str(name)!r}" for name in system.contact])
     texts = []
     for name in dict.fromkeys(names.tolist()):
@@ -35,18 +25,9 @@ def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: 
 
 
 def growth_diagnosis(friction: Array, corners: tuple[Array, Array], slipped: tuple[Array, Array], rounding: float) -> str:
-    """Describe why the load may grow without end, from the residual slip that then grows with it.
+    """Why the load may grow without end, from `slipped`, the reactions of the slip that then grows with it.
 
-    Parameters
-    ----------
-    friction
-        (N,) coefficients of friction.
-    corners
-        Reactions (K, N) or (K, N, 2) of shear, and (K, N), at the corners, without the mean.
-    slipped
-        Those of the slip that is safe under them, (N,) or (N, 2), and (N,).
-    rounding
-        Force that counts as none.
+    `corners` are the reactions there, shear (K, N) or (K, N, 2) and normal, without the mean; `rounding` is a force that counts as none.
     """
     if not any(part.any() for part in corners):
         return "the corners carry no load"
@@ -64,10 +45,7 @@ def open_nodes(system: ContactSystem, p: Array) -> Booleans | None:
 
 
 def settled(system: ContactSystem, p: Array) -> tuple[Booleans, Array] | None:
-    """The same nodes, and (N,) the normal reactions that are left, >= 0.
-
-    The state is that of the complementarity problem `p + C w >= 0, w >= 0, w (p + C w) = 0`; its set of open nodes is iterated until it repeats.
-    """
+    """The same nodes, and (N,) the normal reactions left, >= 0; by `p + C w >= 0, w >= 0, w (p + C w) = 0`, iterated until open nodes repeat."""
     force, stiff = float(np.abs(p).max()) or 1.0, float(np.abs(system.C).max()) or 1.0
     opened = p < -CONDENSATION * force
     for _ in range(_MOST_SETS):

@@ -20,13 +20,7 @@ WRITERS = {".csv": "to_csv", ".xlsx": "to_excel", ".parquet": "to_parquet"}
 
 
 def output(name: str | Path, *endings: str) -> Path:
-    """A file to be written, in a folder that exists, with one of these endings (of none: any).
-
-    Raises
-    ------
-    ModelError
-        Another ending, no such folder.
-    """
+    """A file to be written, in a folder that exists, with one of these endings (of none: any); else a ModelError."""
     file = Path(name)
     if endings and file.suffix not in endings:
         raise ModelError(f"{str(name)!r}; give a file that ends in {', '.join(endings)}")
@@ -37,10 +31,7 @@ def output(name: str | Path, *endings: str) -> Path:
 
 @contextmanager
 def to_its_end() -> Iterator[None]:
-    """What a command prints is written when it ends; where nobody reads it to its end (`| head`), the exit status is 141.
-
-    SIGTERM, by which schedulers and `timeout` end a command, is an interrupt: workers would outlive it otherwise.
-    """
+    """Write what a command prints as it ends (status 141 where nobody reads it, `| head`); SIGTERM interrupts it, or workers would outlive it."""
     may = threading.current_thread() is threading.main_thread()  # no other one may say what signals do
     before = signal.signal(signal.SIGTERM, signal.default_int_handler) if may else None
     try:

@@ -16,17 +16,9 @@ _MOST_CORNERS = 100_000
 
 
 def turning_points(loads: Array) -> list[int]:
-    """Numbers of the points (K, cases) at which a load path turns, the first and the last one in any case.
+    """Numbers of the points (K, cases) at which a load path turns, also the first and last, in units of each load case's largest amplitude.
 
-    A point is left out only if it lies on the straight segment between its neighbours in every load case. Each load case is measured by its own
-    largest amplitude, so other units give the same points. A point at which the load turns back stays.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from frictopt.contact.history import turning_points
-    >>> turning_points(np.array([[0.0], [0.5], [1.0], [0.2], [0.0]]))
-    [0, 2, 4]
+    A point is left out only if it lies on the straight segment between its neighbours in every load case. A point where the load turns back stays.
     """
     largest = np.abs(loads).max(axis=0, initial=0.0)
     return reversals(loads / np.where(largest > 0, _ROUNDING * largest, 1.0))
@@ -35,15 +27,8 @@ def turning_points(loads: Array) -> list[int]:
 def reversals(points: Array) -> list[int]:
     """Numbers of those points (K, cases) that a load path keeps so that all others lie within 1 of it, in each load case and in their order.
 
-    In their order: one can walk along both paths at once, never back, and stay within 1 (the Frechet distance). So one load case keeps the reversals
-    of more than 2, whatever noise there is between them. A straight way that is too far from its points, or would go back, keeps the worst of them.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from frictopt.contact.history import reversals
-    >>> reversals(np.array([[0.0], [3.0], [2.5], [9.0], [4.0], [4.5], [0.0]]))
-    [0, 3, 6]
+    One can walk along both paths at once, never back, and stay within 1 (the Frechet distance). So one load case keeps the reversals of more than 2.
+    A straight way that is too far from its points, or would go back, keeps the worst of them.
     """
     kept, ways = {0, len(points) - 1}, [(0, len(points) - 1)]
     while ways:

@@ -102,10 +102,7 @@ def runs(names: Sequence[str] | Names) -> list[slice]:
 
 
 def arc_length(points: Array, frames: Array, contact: Names | None) -> Array:
-    """(N,) coordinates along the tangent where all nodes have the same and follow each other along it, else arc length, contact after contact.
-
-    The arc length begins at the first node's coordinate along its tangent; each further contact begins one spacing after the end of the one before.
-    """
+    """(N,) coordinates along a tangent that all nodes share and rise along, else arc length from the first node's, contacts one spacing apart."""
     pieces = [slice(None)] if contact is None else runs(contact)
     along = points @ frames[0, 0]
     if (frames == frames[0]).all() and (len(pieces) == 1 or np.all(np.diff(along) > 0)):
@@ -152,21 +149,11 @@ def check_semi_definite(name: str, S: Array) -> None:
 
 
 def in_series(S: Array, own: Array, R: Array, give: Array) -> tuple[Array, Array, Array]:
-    """Stiffness `(1 + S G)^-1 S` and reactions `(1 + S G)^-1 R` of an interface with a spring in series with each motion, and the new compliance.
+    """Stiffness `(1 + S G)^-1 S` and reactions `(1 + S G)^-1 R` with a spring in series with each motion; and what it adds to the compliance.
 
-    That is what the springs add to the compliance of the loads, `R^T (G^-1 + S)^-1 R`.
-
-    In the factors of `S = F F^T` the inverse is that of `1 + F^T G F`: no spring is too stiff or too soft for it, and rigid motions stay free. The
-    strains of bodies and springs under the reactions are least squares: the energy that is left is half the new compliance.
-
-    Parameters
-    ----------
-    S, own
-        (M, M) stiffness of the bodies and (M,) sizes of the own stiffness of each motion, > 0.
-    R
-        (M, k) bonded reactions.
-    give
-        (M,) compliances of the springs, the diagonal of G, >= 0.
+    S (M, M), R (M, k), compliances `give` (M,) of the springs, the diagonal of G, and sizes `own` (M,) of S of each motion, > 0. In the factors of
+    `S = F F^T` the inverse is that of `1 + F^T G F`: no spring is too stiff or too soft for it, and rigid motions stay free. The added compliance,
+    `R^T (G^-1 + S)^-1 R`, is twice the energy that least squares of the strains of bodies and springs leave.
     """
     root = np.sqrt(own)
     values, vectors = np.linalg.eigh(S / np.outer(root, root))
@@ -183,18 +170,9 @@ def in_series(S: Array, own: Array, R: Array, give: Array) -> tuple[Array, Array
 
 
 def overlapping(S: Array, R: Array, L: Array, D: Array) -> tuple[Array, Array]:
-    """Bonded reactions and compliance of load cases in which the bodies overlap, too.
+    """Bonded reactions R (M, k) and compliance L (k, k) of load cases with overlaps D (N, k), too.
 
     An overlap stores the energy of the closed contact that holds it; the displacement of its load case is the one that gives this energy back.
-
-    Parameters
-    ----------
-    S
-        (M, M) stiffness.
-    R, L
-        (M, k) bonded reactions and (k, k) compliance without the overlaps.
-    D
-        (N, k) overlaps.
     """
     held, p = S[:, -len(D) :] @ D, R[-len(D) :]
     return R + held, L - D.T @ p - p.T @ D - D.T @ held[-len(D) :]

@@ -16,10 +16,7 @@ _teller: threading.Thread | None = None
 
 
 def bar_of(show: bool, what: str, unit: str, **counts: int) -> Any:
-    """A bar of tqdm, to be used in a `with`; in a notebook without ipywidgets one of text.
-
-    Where standard error is no terminal, lines say how far all bars under way are, also while none of them moves.
-    """
+    """A bar of tqdm, to be used in a `with`; without a terminal lines for all bars, without ipywidgets one of text."""
     global _teller
     from tqdm import TqdmWarning  # only long computations need it
 

@@ -14,10 +14,7 @@ from .checks import Array
 
 
 class Portable:
-    """Base of dataclasses whose arrays are read-only, and which can be pickled, copied and sent to other processes; a copy is read-only as well.
-
-    A solved cvxpy `problem` goes along, with its values: each copy has one of its own.
-    """
+    """Base of dataclasses with read-only arrays that can be pickled and copied, their copies too; each copy has a cvxpy `problem` of its own."""
 
     def __post_init__(self) -> None:
         for value in vars(self).values():
@@ -103,24 +100,12 @@ class Outcome(Enum):
 
 @dataclass(frozen=True)
 class Attempt:
-    """One run of one solver.
-
-    Attributes
-    ----------
-    solver
-        Its name.
-    outcome
-        What it reports.
-    residual
-        The residual of its answer; inf without an answer.
+    """One run of one solver: its name, what it reports, and the residual of its answer, inf without one.
 
     Examples
     --------
     >>> import frictopt as fo
-    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-    >>> limit = fo.shakedown_limit(rod, cycle, friction=0.5, solver="HIGHS")
-    >>> limit.record.attempts[0].outcome
+    >>> fo.results.Attempt("HIGHS", "optimal", 1e-12).outcome
     'optimal'
     """
 
@@ -135,10 +120,8 @@ class SolveRecord:
 
     Attributes
     ----------
-    solver
-        Name of the solver or method whose answer this is.
-    attempts
-        All solver runs, in order.
+    solver, attempts
+        Name of the solver or method whose answer this is; all solver runs, in order.
     residual
         Largest violation of what the result claims, recomputed from the result; each result says what it covers.
     left_out
@@ -150,8 +133,7 @@ class SolveRecord:
     --------
     >>> import frictopt as fo
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-    >>> record = fo.shakedown_limit(rod, cycle, friction=0.5).record
+    >>> record = fo.shakedown_limit(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), friction=0.5).record
     >>> record.solver, record.left_out, record.residual < 1e-9
     ('HIGHS', ('rows: 8 that others stand for',), True)
     """
@@ -178,23 +160,9 @@ class Plotted:
     """Base of what has a picture."""
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw a picture with matplotlib (extra `figures`).
+        """Draw a picture with matplotlib (extra `figures`), in `ax`, as many axes as it has panels, or None for a new figure; returns the axes.
 
-        Parameters
-        ----------
-        ax
-            matplotlib axes to draw in, as many as the picture has panels; None: those of a new figure.
-
-        Returns
-        -------
-        matplotlib.axes.Axes or an array of them
-
-        Raises
-        ------
-        ImportError
-            matplotlib is not installed.
-        ModelError
-            Another number of axes, or a contact in space that one map cannot show.
+        ImportError without matplotlib; ModelError for another number of axes, or a contact in space that one map cannot show.
         """
         return import_module("frictopt.plots").draw(self, ax)  # here, for matplotlib is slow to import and need not be installed
 

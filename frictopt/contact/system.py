@@ -59,25 +59,21 @@ class ContactSystem(Shown, Plotted):
     frames
         (N, t + 1, t + 1) directions of each pair: its rows are the tangents and the normal, which points from body 2 into body 1. None: the axes.
     contact
-        (N,) name of the contact that each node belongs to; the nodes of one contact follow each other. None: not known.
+        (N,) name of the contact that each node belongs to; the nodes of one contact follow each other. None: not known, as in all that follows.
     width
-        (N,) tributary lengths (areas in space) > 0: reactions over width are mean tractions. None: not known.
+        (N,) tributary lengths (areas in space) > 0: reactions over width are mean tractions.
     E_star
         Contact modulus of the bodies, `1/E_star = sum of (1 - nu^2)/E`, force per area. It only serves as a unit of dimensionless results.
-        None: not known.
     compliance
-        (cases, cases) compliance of the load cases on the glued bodies, in the order of `bonded`: entry j, k is the displacement of load case j under
-        the unit load k, that is the work of the unit load j in it. None: not known; only `displacements` needs it.
+        (cases, cases) compliance of the load cases on the glued bodies, in the order of `bonded`, for `displacements` alone: entry j, k is the
+        displacement of load case j under the unit load k, that is the work of the unit load j in it.
     units
         Names of the units of force and length, such as "N, mm", for the axes of pictures and `attrs["units"]` of tables; no number depends on them.
-        None: not known.
 
     Attributes
     ----------
-    nodes, tangents
-        Number of node pairs, N; of tangents of a pair, t: 1 in the plane and 2 in space.
-    slip_shape
-        Shape of a slip of all nodes: (N,) in the plane, (N, 2) in space.
+    nodes, tangents, slip_shape
+        Numbers N of node pairs, and t of tangents of a pair; shape of a slip of all nodes, (N,) or (N, 2).
     stiffness_scale
         Mean of the diagonal of S (1 if S is zero): the scale that turns mean forces into the scale of slips.
     own_stiffness
@@ -86,9 +82,9 @@ class ContactSystem(Shown, Plotted):
     Raises
     ------
     ModelError
-        Wrong shape or type, entries not finite, S not symmetric or not positive semi-definite up to rounding, negative gap, frames that are not
-        orthonormal, nodes in the plane that are not in their order, no load case, a contact in several pieces, width not positive, a compliance that
-        is not symmetric. Rounding asymmetry is removed.
+        Wrong shape or type, entries not finite, S not symmetric or not positive semi-definite up to rounding (rounding asymmetry is removed),
+        negative gap, frames that are not orthonormal, nodes in the plane that are not in their order, no load case, a contact in several pieces,
+        width not positive, a compliance that is not symmetric.
 
     Examples
     --------
@@ -97,9 +93,8 @@ class ContactSystem(Shown, Plotted):
     >>> node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "Q": [1, 0, 0], "R": [0, 1, 0]})
     >>> node
     ContactSystem(nodes=1, tangents=2, loads=['P', 'Q', 'R'], gap=False)
-    >>> q, p = node.reaction({"P": 2.0, "Q": 0.3, "R": 0.4})
-    >>> q.tolist(), p.tolist()
-    ([[0.3, 0.4]], [2.0])
+    >>> node.reaction({"P": 2.0, "Q": 0.3, "R": 0.4})[0].tolist()
+    [[0.3, 0.4]]
     """
 
     S: Array
@@ -164,21 +159,12 @@ class ContactSystem(Shown, Plotted):
     ) -> Self:
         """A contact in the plane on a straight line, from the (N, N) blocks of its stiffness and the (N,) coordinates of its nodes on that line.
 
-        Raises
-        ------
-        ModelError
-            As for the contact itself.
-
         Examples
         --------
         >>> import frictopt as fo
         >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0])}
-        >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
-        >>> system
+        >>> fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
         ContactSystem(nodes=2, x=0 .. 1, loads=['P', 'Q'], gap=False)
-        >>> q, p = system.reaction({"P": 2.0, "Q": 0.5})
-        >>> q.tolist(), p.tolist()
-        ([0.5, 0.5], [2.0, 2.0])
         """
         line = finite_array("x", x, (None,))
         n = len(line)
@@ -211,14 +197,9 @@ class ContactSystem(Shown, Plotted):
 
     @property
     def x(self) -> Array:
-        """(N,) coordinates along the interface in the plane, rising, length.
+        """(N,) coordinates along the interface in the plane, rising, length; ModelError in space.
 
         On a straight line the coordinate along its tangent, else the arc length, one contact after the other.
-
-        Raises
-        ------
-        ModelError
-            In space.
         """
         if self.tangents != 1:
             raise ModelError("x: a contact in space has no arc length; use `points`")
@@ -245,13 +226,7 @@ class ContactSystem(Shown, Plotted):
         return self.S[-self.nodes :, -self.nodes :]
 
     def reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
-        """Bonded reactions `(q^w, p^w)` under a sum of load cases, name -> amplitude.
-
-        Raises
-        ------
-        ModelError
-            A load case that the system does not have, an amplitude that is not finite.
-        """
+        """Bonded reactions `(q^w, p^w)` under a sum of load cases, name -> amplitude; ModelError for unknown cases or amplitudes not finite."""
         return parted(reactions(self, [checked_loads("loads", loads)])[0], self.tangents + 1)
 
     def closed_reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
@@ -272,15 +247,9 @@ class ContactSystem(Shown, Plotted):
 
         Parameters
         ----------
-        amplitudes
-            (..., cases) amplitudes of the load cases.
-        slip, gap
-            Slip v, (..., N) or (..., N, 2), and gap w, (..., N), length.
-
-        Raises
-        ------
-        ModelError
-            A system without `compliance`, arrays of other shapes.
+        amplitudes, slip, gap
+            (..., cases) amplitudes of the load cases; slip v, (..., N) or (..., N, 2), and gap w, (..., N), length. ModelError for other shapes, and
+            for a system without `compliance`.
 
         Examples
         --------
@@ -302,13 +271,7 @@ class ContactSystem(Shown, Plotted):
         return np.asarray(loads @ self.compliance - joined(v, w - self.gap) @ self._reactions)
 
     def with_bonded(self, cases: Mapping[str, ArrayLike]) -> Self:
-        """Copy with load cases added or replaced, name -> bonded reactions. Its compliance is not known.
-
-        Raises
-        ------
-        ModelError
-            Not a mapping, or a bad load case, see `ContactSystem`.
-        """
+        """Copy with load cases added or replaced, name -> bonded reactions, as in `ContactSystem`. Its compliance is not known."""
         known = parts.checked_bonded("cases", cases, self.nodes, self.tangents)
         return replace(self, bonded={**self.bonded, **known}, compliance=None)
 
@@ -316,12 +279,7 @@ class ContactSystem(Shown, Plotted):
         """Copy with interferences, load case name -> overlap of the unassembled bodies, >= 0, one number or (N,), length.
 
         An amplitude of the load case multiplies the overlap. Its bonded reactions are those of a gap of minus the overlap, `(B^T d, C d)`; they add
-        to those that the system has of that name.
-
-        Raises
-        ------
-        ModelError
-            Not a mapping, an overlap that is negative or not finite, or a bad name.
+        to those that the system has of that name. ModelError for overlaps that are negative or not finite, or a bad name.
 
         Examples
         --------
@@ -345,8 +303,8 @@ class ContactSystem(Shown, Plotted):
     def with_contact_stiffness(self, *, tangential: ArrayLike = np.inf, normal: ArrayLike = np.inf) -> Self:
         """Copy whose surfaces give: a spring in series with each node, along its tangents and its normal, between the body and the contact.
 
-        Theory, "Joints". The springs are the asperities of real surfaces. Slip and gap are then those of the contact itself, without what the springs
-        give. At the corner of a complete contact, which is singular without them, limits converge as the mesh is refined.
+        The springs are the asperities of real surfaces. Slip and gap are then those of the contact itself, without what the springs give. At the
+        corner of a complete contact, which is singular without them, limits converge as the mesh is refined. Theory, "Joints".
 
         Parameters
         ----------
@@ -356,8 +314,7 @@ class ContactSystem(Shown, Plotted):
         Raises
         ------
         ModelError
-            A system without `width`, a stiffness that is not positive, or below 1e-150, or that is 1e18 times softer than the
-            bodies while others are not, or of another shape.
+            No `width`; a stiffness of another shape, not positive, below 1e-150, or 1e18 times softer than the bodies while others are not.
 
         Examples
         --------
@@ -381,35 +338,20 @@ class ContactSystem(Shown, Plotted):
         return replace(self, S=S, bonded=dict(zip(self.bonded, R.T, strict=True)), compliance=L)
 
     def save(self, path: str | Path) -> None:
-        """Write the system to a file as an npz archive of plain arrays (no pickle), under exactly its name: `joint.npz`, or `joint_f0.3`.
+        """Write an npz archive of plain arrays (no pickle) under exactly its name, `joint.npz` or `joint_f0.3`.
 
-        Raises
-        ------
-        ModelError
-            The file cannot be written, or has the ending of something else, such as `.csv`.
+        ModelError if the file cannot be written, or has the ending of something else, such as `.csv`.
         """
         files.write(path, self)
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """Read a system from an archive written by `save`; of matrices in other files `from_blocks` makes one.
-
-        Raises
-        ------
-        ModelError
-            The file is missing or damaged, or its content is not a contact system.
-        """
+        """Read a system from an archive written by `save`; ModelError if missing or damaged. Of matrices in other files `from_blocks` makes one."""
         return cls(**files.read(path))
 
 
 def reactions(system: ContactSystem, loads: Sequence[Mapping[str, float]]) -> Array:
-    """(K, M) bonded reactions of K sums of load cases, ordered by component.
-
-    Raises
-    ------
-    ModelError
-        Not a contact system, or a load case that it does not have.
-    """
+    """(K, M) bonded reactions of K sums of load cases, ordered by component; ModelError if no contact system, or a load case that it lacks."""
     known = checked_system(system).bonded
     if unknown := {name for load in loads for name in load} - set(known):
         raise ModelError(f"load case {min(unknown)!r}: unknown; this system has {sorted(known)}")

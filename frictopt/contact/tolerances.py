@@ -1,7 +1,7 @@
-"""Three numbers that every tolerance of the package is a product of: for the arithmetic, for the data, and for the answers.
+"""Three numbers that every tolerance of the package is a product of, dimensionless: for the arithmetic, for the data, and for the answers.
 
-All are dimensionless. Products that several files use stand here, others beside their use. Only compiled files
-(`kernel.py` and `sweeps.py` of `transients`) have copies, because their machine code does not follow an edit of another file.
+Products that several files use stand here. Only compiled files (`kernel.py`, `sweeps.py` of `transients`) have copies, as their machine code does not
+follow an edit of another file.
 """
 
 ROUNDING = 1e-12

@@ -26,21 +26,17 @@ _SHARE = RESIDUAL  # parts of a mechanism below this share of it are left out of
 class Mechanism:
     """A closed cycle of slips and lifts of node i at corner k; the multipliers of the safe-slip rows are one.
 
-    Its net motion stresses nothing, `A d + B^T l = 0` with d the sum of the slips and l that of the lifts, so no residual slip helps against it (the
-    kinematic dual of the safe-slip theorem, Bjorkman & Klarbring 1987).
-    Under a bound on the slip, the net motion may stress nodes that their bound holds.
+    The net motion stresses nothing, `A d + B^T l = 0` with the sums d of the slips and l of the lifts, so no residual slip helps against it (Bjorkman
+    & Klarbring 1987); under a slip bound it may stress nodes that the bound holds.
 
     Attributes
     ----------
     moves
-        (K, t + 1, N) slips along the tangents, in any one unit, and lifts: factors of the normal reactions in the mechanism's work, at least friction
-        times the slip, more where the node opens without slip.
-    friction
-        (N,) coefficients of friction.
+        (K, t + 1, N) slips along the tangents, in any one unit, and lifts, at least friction times the slip; more where the node opens without slip.
+    friction, open
+        (N,) coefficients of friction; nodes that are open and follow the others without force, None where none is.
     hold
-        (t, N) stress that the slip bound takes up at each node, along the tangents; None without a bound.
-    open
-        (N,) nodes that are open, which follow the others without force; None where none is.
+        (t, N) stress that the slip bound takes up at each node; None without a bound.
     """
 
     moves: Array
@@ -67,9 +63,9 @@ class Mechanism:
         return np.stack([along, opening])
 
     def work(self, task: Question) -> tuple[float, float]:
-        """Resistance of the loads at load factor 0 and drive of what a load factor of 1 adds, both as work on the mechanism.
+        """Works on the mechanism: resistance of the loads at load factor 0 and of held nodes, and drive of what a load factor of 1 adds.
 
-        A safe slip at load factor lam needs `lam * drive <= resistance`; slips within their bound add the work that they do on what it holds.
+        A safe slip at load factor lam needs `lam * drive <= resistance`.
         """
         held = 0.0 if task.most is None or self.hold is None else float(np.linalg.norm(self.hold, axis=0) @ task.most)
         moves, (r0, r1) = self.moves.reshape(len(self.moves), -1), task.bonded
@@ -154,10 +150,10 @@ class Answered(Recorded, Plotted):
 
     @property
     def events(self) -> pd.DataFrame:
-        """Which nodes open and close on the way from the first corner to the last, in turn; on the way back the other way round. Mostly empty.
+        """Which nodes open and close on the way from the first corner to the last, in turn; on the way back in reverse. Mostly empty.
 
-        Columns node, contact (where there are several), x (x, y, z in space), event ("opens" or "closes"), way (part of the way from the first corner
-        to the last, 0 to 1), loads (of the cycle there, at load factor 1).
+        Columns node, contact (if several), x (x, y, z in space), event ("opens" or "closes"), way (part of the way, 0 to 1), loads (there, at load
+        factor 1).
         """
         found = pd.DataFrame(self._task.events, columns=["node", "event", "way", "loads"]).astype({"node": int})
         return pd.DataFrame({**of_nodes(self.system, found.pop("node").to_numpy()), **found})
@@ -169,10 +165,7 @@ class Answered(Recorded, Plotted):
 
     @property
     def largest_slip(self) -> float:
-        """Largest size of the slip at a closed node, length; NaN without a slip. Open nodes do not count. Other slips may be safe too.
-
-        Compare it with what assembly can leave. A slip far larger than that is of no use: bound it by `slip_bound`.
-        """
+        """Largest size of the slip at a closed node, length; NaN without a slip. If it is far above what assembly can leave, give a `slip_bound`."""
         sizes = lengths(self.slip, self.friction)
         return float(sizes[~self.open].max(initial=0.0)) if np.isfinite(sizes).all() else np.nan
 
@@ -225,9 +218,9 @@ class Proven(Answered, Explained):
     def multipliers(self) -> pd.DataFrame:
         """Multipliers of the rows of `problem`, in its units: columns row (its label), corner, node, component, multiplier.
 
-        Of rows `q[k] == ...` and `p[k] == ...` they are the slips and lifts of the mechanism, over force for a load factor; of `stuck[k]` the
-        sizes of these slips. Rows without a label are named by their left side, or by their right one where that is a constant. Of your own rows,
-        node is the first index of an entry, and component the others. Empty without a program.
+        Of rows `q[k] == ...` and `p[k] == ...` they are slips and lifts of the mechanism, over force for a load factor; of `stuck[k]` sizes of these
+        slips. A row without a label is named by its left side, or its right side if the left is constant. In your own rows, node is the first index
+        of an entry and component the others. Empty without a program.
         """
         tables = [pd.DataFrame(columns=["row", "corner", "node", "component", "multiplier"])] * (not self._duals)
         for name, dual in self._duals:
@@ -269,10 +262,10 @@ class Rated(Proven):
     def load_rates(self) -> pd.DataFrame:
         """Rate of the limit with each amplitude of the load cycle: columns load, part ("mean", or the loads of a corner), amplitude, rate.
 
-        The mean part has all load cases of the system, those of no amplitude too: which bolt to tighten is the row with the largest rate. Those of a
-        guaranteed limit are of the critical state of `node`: where several nodes are critical first, such as mirror images, or its corners are more
-        than needed, the limit has a kink, and this is the rate of one. NaN without a finite limit, where a guaranteed limit is `least`, and with
-        constraints of your own, for those may change with the loads.
+        The mean part has all load cases of the system, so the bolt to tighten is the row with the largest rate. The rates of a guaranteed limit are
+        those of the critical state of `node`: where several nodes, such as mirror images, are critical first, or more corners than needed, the limit
+        has a kink, and this is the rate of one side. NaN without a finite limit, where a guaranteed limit is `least`, and under constraints of your
+        own, which may change with the loads.
         """
         moves, cycle, system = self._task.by_corner(self._motion.moves), self.cycle, self.system
 
@@ -290,9 +283,6 @@ class Rated(Proven):
 
     @cached_property
     def interference_rate(self) -> Array:
-        """(N,) rate of the limit with an interference at each node, 1 over length; minus that with material taken off there, a profile.
-
-        NaN where `load_rates` are. For a load case that is an interference see also `load_rates`.
-        """
+        """(N,) rate of the limit with an interference at each node, 1 over length; minus that with a profile. NaN where `load_rates` is."""
         rate = self.system.S[-self.system.nodes :] @ self._motion.moves.sum(axis=0).ravel()
         return frozen(rate if self._rated else np.full_like(rate, np.nan))

@@ -1,11 +1,7 @@
 """The load factors at which one node is critical while the slip is safe at all others, and proofs. The program is in the theory, eq. (10).
 
-The node's own rows hold by construction, and are loose: without them the program has an interior. (Where a part of the cycle is fixed they need not
-hold, and stay.) If no such slip exists, the multipliers prove it.
-
-A second problem finds the largest load factor of such slips, up to a load unit above the least safe one. It is needed where the least one of a node
-is the least safe load factor of the contact. At 0 all corners coincide, and a node without reaction is critical whatever the cyclic load is; at one
-above 0 the corners press no node more than its shear needs, so that some node is critical. Either may be so at that load factor alone.
+The node's own rows hold by construction, except under fixed parts; they are loose, so that the program has an interior. If the least load factor is
+the least safe one, a second problem finds the largest up to a load unit above it: at the least safe one alone some node is critical anyhow.
 """
 
 from collections.abc import Mapping
@@ -109,10 +105,7 @@ class CriticalSearch:
 
 
 def _claimed(program: Program, state: CriticalState, found: float) -> NodeClaim:
-    """The claim that stands in a program, with the larger of the violations by its slip and the distance of what the multipliers prove.
-
-    If it does not pass, but the multipliers prove that the node is not critical below the load factor `found`, the claim is that.
-    """
+    """The claim that stands in a program; if it does not pass, the claim that the node is not critical below `found`, if multipliers prove that."""
     task, slip, load_factor, proof = program.task, program.slip, program.load_factor, program.chain.proof
     (q, p), node = task.change(slip), state.node
     off = float(np.abs(np.r_[q[node], p[node]] - state.at_zero - load_factor * state.rate).max()) / task.force
@@ -126,9 +119,8 @@ def _claimed(program: Program, state: CriticalState, found: float) -> NodeClaim:
 def critical_motion(program: Program, state: CriticalState) -> Mechanism:
     """The rates of a node's load factor with all reactions, as slips and lifts of either sign, from the multipliers of its solved program.
 
-    More room at the other nodes lowers the load factor: their part is the mechanism of their rows the other way round. That of the node itself
-    follows its bounds `|q_k| = f p_k` at its corners, which give its state: it is the sum of slips along or against `q_k` there, which open by
-    friction. What is across two opposed corners moves the state between them by its lever.
+    Other nodes: the mechanism of their rows, reversed. The node itself: slips along or against `q_k` at its corners, which open by friction; what is
+    across two opposed corners moves the state between them by its lever.
     """
     task, f, node, corners = program.task, program.task.friction, state.node, list(state.corners)
     others = program.motion

@@ -1,18 +1,15 @@
 """The mean state of a node in which its cyclic load leaves it no room: on its bound at opposed corners, or at three that surround.
 
-How much pressure rho it needs, with the shear c, is in the theory, eq. (10). The smallest disc that holds the discs with the centres `-q1_k` and the
-radii `-f p1_k` has the centre c and the radius `f rho`; in the plane they are intervals. Where a part of the cycle is fixed, which corners rule
-depends on the load factor. In the plane each two that do have a state of their own, affine in it.
+The pressure rho that it needs, with the shear c, is in the theory, eq. (10): the smallest disc that holds the discs with centres `-q1_k` and radii
+`-f p1_k` has the centre c and the radius `f rho`. If a part of the cycle is fixed, each two corners that govern at some load factor have a state of
+their own, affine in it.
 
-Below some load factor no slip makes a node critical: one slip mechanism for each node shows it. With multipliers d, a of the nodes for which
-`A d + B^T (f a) = 0`, the sum of `d q + f a p` over the nodes does not depend on the slip: it is that of the mean load. A safe slip leaves every
-node `d q + f abs(d) p >= lam h(d)`, h(d) being the largest `-(d q1 + f abs(d) p1)` of a corner, and the critical node j `q = lam c, p = lam rho`. So
-with `a = abs(d)` at all other nodes, though a_j = -1::
+One slip mechanism for each node j bounds the load factor at which it can be critical. For multipliers with `A d + B^T (f a) = 0`, `a = abs(d)` at all
+other nodes and a_j = -1, the sum of `d q + f a p` is that of the mean load. With h(d) the largest `-(d q1 + f abs(d) p1)` of a corner::
 
     resistance = sum of d q0 + f a p0   >=   lam drive,       drive = d_j c - f rho + sum of h(d) over the others
 
-We look for such multipliers by fixed-point iteration for all nodes j at once. Where the iteration does not converge (large friction) the bound of
-node j is 0.
+A fixed-point iteration looks for such multipliers; where it does not converge (large friction) the bound of node j is 0.
 """
 
 from collections.abc import Callable
@@ -59,10 +56,7 @@ def needed(task: Question) -> tuple[Array, Array]:
 
 
 def critical_states(task: Question) -> list[list[CriticalState]]:
-    """The critical states of each node: none where it only lifts off, for one corner alone rules, or dissipates nothing, without friction; else one.
-
-    Where a part of the cycle is fixed, one for all pairs of corners that rule at some load factor and have different loads.
-    """
+    """The critical states of each node: none if it has no friction or only lifts off, one for each pair of corners with fixed parts, else one."""
     f = task.friction
     if task.fixed:
         return _of_pairs(task)
@@ -104,10 +98,7 @@ def _of_pairs(task: Question) -> list[list[CriticalState]]:
 
 
 def smallest_discs(centres: Array, radii: Array) -> tuple[Array, Array]:
-    """Centres (n, 2) and radii (n,) of the smallest discs around n times K discs, (n, K, 2) and (n, K); radii may be negative.
-
-    The discs that touch the smallest one are at most three. From the largest disc on, the one that sticks out most is taken in.
-    """
+    """Centres (n, 2) and radii (n,) of the smallest discs around n times K discs, (n, K, 2) and (n, K); radii may be negative."""
     rows = np.arange(len(radii))
     touch = np.repeat(radii.argmax(axis=1)[:, None], 3, axis=1)
     centre, radius = centres[rows, touch[:, 0]], radii.max(axis=1)
@@ -130,10 +121,7 @@ def smallest_discs(centres: Array, radii: Array) -> tuple[Array, Array]:
 
 
 def _touching(centres: Array, radii: Array) -> list[Array]:
-    """Centres (n, 2) of the discs that one, two or three discs, (n, m, 2) and (n, m), touch from within; nan where there is none.
-
-    About the first disc, the centre x and the distance s from it obey `2 e x = |e|^2 - d^2 + 2 s d` for each other disc, at e and larger by d.
-    """
+    """Centres (n, 2) of the discs that one, two or three discs, (n, m, 2) and (n, m), touch from within; nan where there is none."""
     first, apart, larger = centres[:, 0], centres[:, 1:] - centres[:, :1], radii[:, 1:] - radii[:, :1]
     right = np.stack([((apart**2).sum(axis=-1) - larger**2) / 2, larger], axis=-1)
     u, w = np.moveaxis(np.linalg.pinv(apart) @ right, 2, 0)
@@ -183,10 +171,7 @@ def _work(d: Array, q: Array) -> Array:
 
 
 def _net_slips(task: Question, change: Change) -> Callable[[Array], Array]:
-    """The net slips (t, n, n) that balance given total slips (n, n); where the body may slide as a whole, it does so until friction resists little.
-
-    That is by weighted means, the weights of which are those of the slips before.
-    """
+    """The net slips (t, n, n) that balance given total slips (n, n), by means weighted by the slips before; free slides go until friction resists."""
     n, t, m = task.system.nodes, task.system.tangents, len(change.loaded)
     rows, (normal, *_) = t * n, change.blocks.values()
     rows_of_shear, to_pressure = change.product[:, :m].toarray() / np.tile(task.node_unit, t)[:, None], normal[:, :m] / task.node_unit[:, None]
@@ -212,10 +197,7 @@ def _net_slips(task: Question, change: Change) -> Callable[[Array], Array]:
 
 
 def ruling(constant: Array, rate: Array) -> tuple[Integers, Integers]:
-    """(R,) corners and nodes of the rows, (K, N), that rule `x >= constant_k + lam rate_k` at some load factor >= 0.
-
-    The largest row is a chain of straight lines, from corner to corner of larger rates.
-    """
+    """(R,) corners and nodes of the rows, (K, N), that govern `x >= constant_k + lam rate_k` at some load factor >= 0."""
     highest = constant == constant.max(axis=0)
     corner, node = np.where(highest, rate, -np.inf).argmax(axis=0), np.arange(rate.shape[1])
     rows = [(corner, node)]

@@ -1,7 +1,4 @@
-"""What a design adds to a state of rest, why there is none that is best; and a best design with its proof.
-
-The proof is the slips that are safe with the design, and what each constraint costs.
-"""
+"""What a design adds to a state of rest, why there is none that is best; and a best design with its proof: safe slips, and prices of constraints."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -113,14 +110,12 @@ class Design(Answered, Explained):
 
     Attributes
     ----------
-    load_factor
-        The largest load factor that is safe with the design in all scenarios: their least shakedown limit; with an objective, the one that it
-        chooses, no limit.
-    objective
-        Largest value of an objective of your own; None without.
+    load_factor, objective
+        The largest load factor that is safe with the design in all scenarios, their least shakedown limit, and None; or the load factor that an
+        objective of your own chooses, which is no limit, and the largest value of the objective.
     bound
-        Upper bound of the load factor of all designs that the constraints admit (of their objective where there is one) with the same nodes open,
-        not of others, from the multipliers alone. It equals the value up to `residual`.
+        Upper bound of the load factor (or objective) of all designs that the constraints admit with the same nodes open, not of others, from the
+        multipliers alone. It equals the value up to `residual`.
     preload
         Series: amplitude that the design adds to the mean load, for each load case that was free.
     profile
@@ -128,25 +123,22 @@ class Design(Answered, Explained):
     slip, slips
         (N,) or (N, 2) a residual slip that is safe at the load factor, length; and one for each scenario, of which `slip` is the first.
     prices
-        Name of each constraint of your own -> the rate at which the load factor (the objective) grows as the constraint gives way, in your units and
-        its shape: >= 0; of an equation the rate with its right side. Where the best design is not unique it is one of several.
+        Name of each constraint of your own -> the rate, >= 0, at which the load factor (the objective) grows as the constraint gives way, in your
+        units and its shape; of an equation the rate with its right side. Where the best design is not unique it is one of several.
     record
-        How it was found. Its `residual` is the largest of: the violations of the contact law by the slips at all corners with the design built in,
-        the excess over your constraints, dimensionless, and the relative distance of `bound`. At most 1e-9.
+        How it was found. Its `residual`, at most 1e-9, is the largest of: the violations of the contact law by the slips at all corners with the
+        design built in, the excess over your constraints, dimensionless, and the relative distance of `bound`.
     problem
         The solved cvxpy problem. A later solve of the same `DesignModel` overwrites its values.
 
     Examples
     --------
     >>> import frictopt as fo
-    >>> loads = {"bolt": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
-    >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
+    >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"bolt": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
     >>> model = fo.DesignModel(node, fo.LoadCycle({}, [{"Q": -1.0}, {"Q": 1.0}]), preloads=["bolt"])
     >>> design = model.solve(0.5, [(model.preload <= 4.0).set_label("strength")])
-    >>> round(design.load_factor, 6), round(float(design.prices["strength"][0]), 6)
-    (2.0, 0.5)
-    >>> dict(design.cycle.mean)
-    {'bolt': 4.0}
+    >>> round(design.load_factor, 6), round(float(design.prices["strength"][0]), 6), dict(design.cycle.mean)
+    (2.0, 0.5, {'bolt': 4.0})
     """
 
     objective: float | None

@@ -1,7 +1,4 @@
-"""The sliding-off load: the load factor above which no contact forces within friction balance the loads on what the contact alone holds.
-
-Each corner of a load cycle is a program of its own. Its unknowns are contact forces, its equations the balance in the rigid motions of the bodies.
-"""
+"""The sliding-off load: above it no contact forces within friction balance the loads in the rigid motions of the bodies; one program each corner."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -40,26 +37,22 @@ def gross_slip(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts:
     """The load factor above which no state of rest exists, from no start, whatever slips and opens: bodies slide off, turn over or lift off.
 
     By statics: on all that the contact alone holds, forces within friction, `|q| <= f p`, have to balance the loads at each corner. Stiffness, gaps
-    and residual slips do not matter, so that the answer settles with the mesh. It is inf where supports hold the bodies; of a body that they guide
-    along its face, ask `shakedown_limit`. A contact may slip for ever far below it, and wedged bodies may slide off below it too, for Coulomb's law
-    does not choose forces as statics does. Theory, eq. (33).
+    and residual slips do not matter, so the answer settles with the mesh. It is inf where supports hold the bodies; of a body that they guide along
+    its face, ask `shakedown_limit`. A contact may slip for ever far below it, and wedged bodies may slide off below it too: Coulomb's law does not
+    choose forces as statics does. Theory, eq. (33).
 
     Parameters
     ----------
-    system, cycle
-        The contact and its load cycle.
-    friction
-        Coefficient of friction, one or one per node.
+    system, cycle, friction
+        See `shakedown_limit`.
     contacts
         Names of the contacts, of `system.contact`, in which friction counts; pressure counts in all. `["flange"]` gives the slip load of this joint,
         friction times the clamping force, without the heads of its bolts. None: all.
 
     Raises
     ------
-    ModelError
-        Bad input; contacts that the system does not have.
-    SolverError
-        No solver gave an answer that passes the checks.
+    ModelError, SolverError
+        Bad input, contacts that the system does not have; no solver gave an answer that passes the checks.
 
     Examples
     --------
@@ -134,10 +127,7 @@ class _Answer:
 
 
 def _statics(task: Question, N: Array, k: int, r0: Array, r1: Array, sense: Any) -> _Answer:
-    """The largest or the least load factor at which forces balance the loads of corner k in the rigid motions N (M, m); nan where there is none.
-
-    `r0` and `r1` are its reactions (M,) at load factor 0 and what 1 adds.
-    """
+    """The largest or least load factor at which forces balance corner k, r0 + load_factor r1, (M,), in the rigid motions N (M, m); nan where none."""
     held, drives = (float(size) if (size := np.linalg.norm(N.T @ r)) > CONDENSATION * np.linalg.norm(r) else 0.0 for r in (r0, r1))
     load = {f"r0{f'[{k}]' * task.fixed}": r0, f"r1[{k}]": r1 if drives else np.zeros_like(r1)}
     unit, n = (held or drives) / drives if drives else 1.0, task.system.nodes

@@ -29,20 +29,18 @@ class GrossSlip(Explained):
     least
         Below it no state of rest exists either; above 0 where the loads that the load factor leaves as they are slide a body off.
     corner, loads
-        The corner that rules, and its loads in words; -1 and "" where none does.
+        The corner that governs, and its loads in words; -1 and "" where none does.
     phi
-        (t + 1, N) the motion that proves it, of body 1 relative to body 2: slips along the tangents, then lifts, the largest node having the size 1;
-        0 where there is none. It strains nothing, lifts each node by at least f times its slip, and the loads do work in it.
+        (t + 1, N) the motion that proves it, of body 1 relative to body 2: slips along the tangents, then lifts; the largest node has the size 1. It
+        strains nothing, lifts each node by at least f times its slip, and the loads do work in it. 0 where there is none.
     motion
         The same, one row for each contact that moves: columns contact, nodes (that move), x and y (and z), the direction of the slide or in space the
-        axis of the turn, slide, lift, turn, at_x, at_y (and at_z), a point that does not turn, else NaN. `slide` is along that direction, `lift` off
-        a flat face; `turn` is an angle, in the plane from x to y. NaN where the nodes of a contact do not move as one body.
+        axis of the turn, slide (along it), lift (off a flat face), turn (angle, in the plane from x to y), at_x, at_y (and at_z), a point that does
+        not turn, else NaN. NaN where the nodes of a contact do not move as one body.
     reason
         Why it is so, in words.
-    record
-        How it was found. Its `residual` is the largest error of both proofs. At most 1e-9.
-    problem
-        The cvxpy problem of the corner, in your units; None where nothing is to be solved.
+    record, problem
+        How it was found; its `residual`, at most 1e-9, is the largest error of both proofs. The cvxpy problem of the corner, in your units, or None.
 
     Examples
     --------

@@ -27,26 +27,23 @@ class GuaranteedModel(SafeModel):
 
     Parameters
     ----------
-    system, cycle
-        The contact and its load cycle.
-    slip_bound, solver
-        As in `ShakedownModel`.
+    system, cycle, slip_bound, solver
+        See `ShakedownModel`.
     simplify
-        Leave out what cannot change the answer: nodes whose lower bound is above the least load factor found. A contact with B = 0
-        has lambda_1 = lambda_2 by a theorem, and needs no program.
+        Leave out what cannot change the answer: nodes whose lower bound is above the least load factor found; all of a contact with B = 0, which has
+        lambda_1 = lambda_2 by a theorem.
 
     Raises
     ------
     ModelError
-        Wrong types, unknown load cases or options, a negative slip bound; a load cycle in space whose fixed parts differ.
+        As in `ShakedownModel`; a load cycle in space whose fixed parts differ.
 
     Examples
     --------
     >>> import frictopt as fo
     >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
     >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
-    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> model = fo.GuaranteedModel(system, cycle)
+    >>> model = fo.GuaranteedModel(system, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]))
     >>> [round(model.solve(friction).load_factor, 6) for friction in (0.3, 0.5)]
     [0.283333, 0.45]
     >>> round(model.solve(0.5, constraints=[model.slip[1] >= 0.1]).load_factor, 6)
@@ -79,10 +76,8 @@ class GuaranteedModel(SafeModel):
 
         Raises
         ------
-        ModelError
-            Bad friction or constraints.
-        SolverError
-            No solver gave an answer that passes the checks.
+        ModelError, SolverError
+            Bad friction or constraints; no solver gave an answer that passes the checks.
         """
         return self._shown(self.of_any_set(self._posed(friction), listed("constraints", constraints)))
 
@@ -162,10 +157,7 @@ class GuaranteedModel(SafeModel):
 
 
 def uncoupled(task: Question) -> bool:
-    """Whether slip changes no pressure of the whole contact: B is zero up to rounding, against A of the two nodes that it joins.
-
-    That of the closed nodes alone, or f B, is not enough: a start that opens or closes nodes would couple the others.
-    """
+    """Whether slip changes no pressure of the whole contact: B is zero up to rounding, against A of the two nodes that it joins."""
     A, B = task.system.A, task.system.B
     stiffness = np.sqrt(np.diag(A).clip(0.0).reshape(-1, task.system.nodes).sum(axis=0))
     return not (np.maximum(task.friction, 1.0)[:, None] * np.abs(B) > NO_COUPLING * np.outer(stiffness, np.resize(stiffness, B.shape[1]))).any()
@@ -178,50 +170,40 @@ def guaranteed_limit(
     """Load factor below which the contact stops slipping from every start (the guaranteed limit lambda_1).
 
     It is the least load factor at which a safe slip leaves some node no more pressure than its cyclic load needs. This node is critical: on its bound
-    of forward slip at one corner and of backward slip at another, in space at opposed corners or at three that surround; the state in which a cyclic
-    slip begins with no amplitude (for two nodes in the plane, the published condition that three of four friction lines meet, Ahn, Bertocchi & Barber
-    2008). The slip is a witness: just above the limit, a contact that starts near it slips for ever. Where B = 0 at all nodes it is a theorem that
-    slip stops below the limit from every start (Klarbring, Ciavarella & Barber 2007; lambda_1 = lambda_2). For coupled contacts it is an observation:
-    in no transient that was followed below the limit with all nodes closed did slip go on. Where nodes lift off in each cycle, slip may go on below
-    the limit, and below lambda_2.
+    of forward slip at one corner and of backward slip at another, in space at opposed corners or at three that surround; a cyclic slip begins there
+    with no amplitude (for two nodes in the plane, the published condition that three of four friction lines meet, Ahn, Bertocchi & Barber 2008). The
+    slip is a witness: just above the limit, a contact that starts near it slips for ever. Where B = 0 at all nodes it is a theorem that slip stops
+    below the limit from every start (Klarbring, Ciavarella & Barber 2007; lambda_1 = lambda_2). For coupled contacts it is an observation: in no
+    transient that was followed below the limit with all nodes closed did slip go on. Where nodes lift off in each cycle, slip may go on below the
+    limit, and below lambda_2.
 
-    Below the least safe load factor (`least`, mostly 0) no slip is safe, and all this is said of load factors from there on. If the limit is `least`,
-    some node is critical at every load factor next above it, and no load factor is guaranteed. At `least` = 0 the witness takes all force off the
-    node under the mean load; where assembly and overloads leave less slip, ask with a `slip_bound` (`GuaranteedLimit.after_overload`). The start from
-    which slip goes on then depends on the load, see `GuaranteedLimit.witness_above_least`. Start the transient at a load inside the cycle: from a
-    mean load outside it, the first segment can change the slip. Theory, eq. (10).
+    All this holds from the least safe load factor on (`least`, mostly 0). If the limit is `least`, no load factor is guaranteed: some node is
+    critical at every load factor next above, from a slip that depends on the load (`GuaranteedLimit.witness_above_least`). At `least` = 0 the witness
+    takes all force off the node under the mean load; where assembly and overloads leave less slip, ask with a `slip_bound`
+    (`GuaranteedLimit.after_overload`). Start transients at a load inside the cycle: from a mean load outside it, the first segment can change the
+    slip. Theory, eq. (10).
 
     Parameters
     ----------
-    system, cycle
-        The contact and its load cycle.
-    friction
-        Coefficient of friction, one or one per node.
+    system, cycle, friction
+        See `shakedown_limit`.
     slip_bound
-        As in `ShakedownModel`. The bound holds for the witness and for the safe slips of lambda_2. In a transient, slip may grow beyond it: starts
-        within the bound may then keep slipping at lower load factors, down to the limit without the bound.
+        As in `ShakedownModel`, for the witness and for the safe slips of lambda_2. In a transient, slip may grow beyond it: starts within the bound
+        may then keep slipping at lower load factors, down to the limit without the bound.
     simplify, solver
         As in `GuaranteedModel`.
 
-    Returns
-    -------
-    GuaranteedLimit
-        `load_factor` is finite, inf (no limit) or nan (no safe slip at any load factor): each is an answer, see `kind` and `reason`.
-
     Raises
     ------
-    ModelError
-        Bad input.
-    SolverError
-        No solver gave an answer that passes the checks.
+    ModelError, SolverError
+        Bad input; no solver gave an answer that passes the checks.
 
     Examples
     --------
     >>> import frictopt as fo
     >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
     >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
-    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> limit = fo.guaranteed_limit(system, cycle, friction=0.5)
+    >>> limit = fo.guaranteed_limit(system, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), friction=0.5)
     >>> round(limit.load_factor, 6), limit.reason
     (0.45, 'node 0 is on its bound of forward slip at the corner (Q = -1) and of backward slip at (Q = +1)')
     """

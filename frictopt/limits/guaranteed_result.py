@@ -32,8 +32,8 @@ class GuaranteedLimit(Rated):
     ----------
     load_factor
         lambda_1, never above lambda_2: the least load factor at which a safe slip makes some node critical, see `guaranteed_limit`; lambda_2 if no
-        node is critical below it. Inf or nan where lambda_2 is. A node that is critical at the least safe load factor (at 0 it carries nothing)
-        counts only if it can be above it too; then the limit is `least`.
+        node is critical below it. Inf (no limit) or nan (no safe slip) where lambda_2 is. A node that is critical at the least safe load factor (at 0
+        it carries nothing) counts only if it can be above it too; then the limit is `least`.
     kind, reason
         Whether it is finite, and why it is what it is in words. Where nodes are open or have no friction, or loads open one that no slip presses, it
         says that starts from which nodes open and close in every cycle may slip for ever below the limit.
@@ -44,34 +44,29 @@ class GuaranteedLimit(Rated):
         itself, and all slip stop above it, too (`reason` says so).
     slip
         (N,) or (N, 2) the witness: safe at the limit, with `node` critical, length. If no node is critical below lambda_2, the safe slip at lambda_2.
-        NaN where the limit is not finite. `largest_slip` is its size: a start of this size must be possible for the witness to matter.
-    node
-        The node that starts to slip to and fro, or around; None where lambda_2 rules.
-    corners
-        The load corners at which it is on its bound: in the plane that of forward and that of backward slip; None where lambda_2 rules.
+        NaN where the limit is not finite. A start of the size `largest_slip` must be possible for the witness to matter.
+    node, corners
+        The node that starts to slip to and fro, or around, and the load corners at which it is on its bound: in the plane that of forward and that of
+        backward slip; None where lambda_2 is the limit.
     record
-        How it was found; the solver is that of `node`. Its `residual` is the largest of: the violations of the contact law by `slip` at the corners,
-        the distance of `node` from its critical state, and the relative distance of the program's dual bound, over all programs solved. At most 1e-9.
-    constraints
-        Names of the constraints of your own, which the witness and all safe slips obey.
-    shakedown
-        The shakedown limit lambda_2, under the same slip bound and constraints.
+        How it was found; the solver is that of `node`. Its `residual`, at most 1e-9, is the largest of: the violations of the contact law by `slip`
+        at the corners, the distance of `node` from its critical state, and the relative distance of the dual bound, over all programs solved.
+    constraints, shakedown
+        Names of the constraints of your own, which the witness and all safe slips obey; and the shakedown limit lambda_2 under the same constraints
+        and slip bound.
     problem
-        The solved cvxpy problem of `node`, that of lambda_2 where lambda_2 rules.
+        The solved cvxpy problem of `node`, or of lambda_2 where that is the limit.
 
     Examples
     --------
     >>> import frictopt as fo
     >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
     >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
-    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> limit = fo.guaranteed_limit(system, cycle, friction=0.5)
+    >>> limit = fo.guaranteed_limit(system, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), friction=0.5)
     >>> limit.node, limit.proven, limit.load_factor <= limit.shakedown.load_factor
     (0, False, True)
-    >>> limit.to_frame()[["node", "load_factor", "how"]].round(6)
-       node  load_factor                    how
-    0     0     0.450000                 solved
-    1     1     1.285715  left out by its bound
+    >>> limit.to_frame()["how"].tolist()
+    ['solved', 'left out by its bound']
     """
 
     _said = ("load_factor", "least", "kind", "proven", "node", "largest_slip", "residual", "reason")
@@ -97,8 +92,7 @@ class GuaranteedLimit(Rated):
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, its place, load_factor, how it was found, and the slip of the witness.
 
-        load_factor is the least at which a safe slip makes the node critical, inf if none does; where the node was left out by its bound, a
-        lower bound of it.
+        load_factor is the least at which a safe slip makes the node critical, inf if none does, or a lower bound of it (see how).
         """
         found = {"load_factor": self._by_node, "how": self._how}
         return frame({"node": range(len(self._how)), **places(self.system), **found, **components("slip", self.slip)}, units=self.system.units)
@@ -118,8 +112,7 @@ class GuaranteedLimit(Rated):
     def after_overload(self, load_factor: float | None = None) -> "GuaranteedLimit":
         """The limit for slips no larger than the largest one that one overload leaves, which is its slip bound.
 
-        The overload is one cycle at a load factor, of a contact that has not slipped before. A witness needs some slip; where it is larger than what
-        assembly and overloads leave, the limit says too little.
+        The overload is one cycle of a contact that has not slipped before. Ask it where a witness needs more slip than assembly and overloads leave.
 
         Parameters
         ----------
@@ -128,17 +121,14 @@ class GuaranteedLimit(Rated):
 
         Raises
         ------
-        ModelError
-            Bad input; constraints of your own, or lambda_2 not finite and no load factor given.
-        NoContinuation, SolverError
-            The overload has no path, or no solver gave an answer that passes the checks.
+        ModelError, NoContinuation, SolverError
+            Bad input; constraints of your own, or lambda_2 not finite and no load factor given; no path of the overload; no answer that passes.
 
         Examples
         --------
         >>> import frictopt as fo
-        >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
-        >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
-        >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+        >>> A, B, loads = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]], {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
+        >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], loads)
         >>> limit = fo.guaranteed_limit(pair, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), friction=0.6)
         >>> limit.load_factor <= limit.after_overload().load_factor <= limit.shakedown.load_factor
         True
@@ -165,8 +155,8 @@ class GuaranteedLimit(Rated):
 
         Parameters
         ----------
-        starts
-            Number of starts below the limit.
+        starts, seed
+            Number of starts below the limit, and the seed of the random ones.
         moved
             Number of starts above the limit that differ from the witness by up to a thousandth of its largest slip.
         above
@@ -174,24 +164,19 @@ class GuaranteedLimit(Rated):
             the limit is the least safe load factor, mostly 0, there is no test below, and the test above is further by 2 % of the way to lambda_2, or
             of the load factor at which the cyclic reactions reach the mean pressures if that is less. There only some starts near the witness slip
             for ever, so a slip that makes the node critical at this load factor is followed too, at 0.9 and 1.1 times the way.
-        seed
-            Seed of the random starts.
 
         Raises
         ------
-        ModelError
-            Bad input, a limit that is not finite, or a contact without safe slip at any load above 0.
-        SolverError
-            A transient does not pass its checks.
+        ModelError, SolverError
+            Bad input, a limit that is not finite, a contact without safe slip at any load above 0; a transient does not pass its checks.
 
         Examples
         --------
         >>> import frictopt as fo
-        >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
-        >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
-        >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
-        >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-        >>> check = fo.guaranteed_limit(pair, cycle, friction=0.6).verify(starts=4, moved=0)
+        >>> A, B, loads = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]], {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
+        >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], loads)
+        >>> limit = fo.guaranteed_limit(pair, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), friction=0.6)
+        >>> check = limit.verify(starts=4, moved=0)
         >>> check.dies_out, check.persists
         (True, True)
         """

@@ -1,11 +1,7 @@
-"""The least slip of a cycle above a shakedown limit.
+"""The least slip of a cycle above a shakedown limit, from the multipliers of the limit; theory, "Above the limit".
 
-Above the limit no start avoids slip: the multipliers of the limit bound it from below (`LeastSlip`). The mechanism weights the rows
-`n_r v >= b_r + lam c_r` of the safe slips by y_r >= 0 with `sum y_r n_r = 0`, `sum y_r c_r = 1` and `sum y_r b_r = -lambda_2`. At corner k of any
-cycle the state obeys the rows of that corner, whatever it slips in between. The weighted sum of all rows is therefore
-`sum_k g_k v_k + h_k w_k >= lam - lambda_2`, with g_k and h_k the weighted sums over the rows that corner k rules. As `sum_k g_k = 0`, a cycle in
-which no node slips or opens has nothing on the left. In space the rows are tangents of the friction circles, g_k and v_k have two components, and
-slips no further than D from each other lie in a circle of radius D / sqrt(3) (Jung 1901).
+At corner k of any cycle the state obeys the rows of the limit at that corner, whatever it slips in between; g_k and h_k are their sums, weighted by
+the multipliers. In space slips no further than D from each other lie in a circle of radius D / sqrt(3) (Jung 1901).
 """
 
 from dataclasses import dataclass, field
@@ -27,41 +23,33 @@ _WEIGHT = ROUNDING  # weights of slip below this share of the stresses that they
 class LeastSlip(Shown, Plotted):
     """Proven lower bound of slip and gaps in every cycle at a load factor, from every start; where nodes are open, while these carry nothing.
 
-    It says that the sum over the corners of `g @ v + h @ w` is at least `bound`. Theory, eq. (20). `v` and `w` are slips and gaps at the
-    corners of one cycle, also of one that is not yet periodic. A bound that is not positive says nothing.
+    The sum over the corners of `g @ v + h @ w` is at least `bound`. Theory, eq. (20). `v` and `w` are slips and gaps at the corners of one cycle,
+    also of one that is not yet periodic. A bound that is not positive says nothing.
 
     Attributes
     ----------
-    load_factor
-        The load factor.
+    load_factor, system, cycle
+        The load factor, the contact and its load cycle.
     bound
         `lam - lambda_2`, with the upper bound of lambda_2 that the multipliers prove.
-    g
-        (K, N) or (K, N, 2) weights of the slip at the corners, 1 over length. Their sum over the corners is zero: only slip from corner to corner
-        counts.
-    h
-        (K, N) weights of the gap `w` at the corners, 1 over length; idle while all nodes are closed.
+    g, h
+        (K, N) or (K, N, 2) weights of the slip and (K, N) of the gap at the corners, 1 over length. Those of the slip sum to zero over the corners:
+        only slip from corner to corner counts. Those of the gap are idle while all nodes are closed.
     weight
         (N,) what a node's slip between corners adds to the sum at most, per unit of slip: half the sum over the corners of `abs(g)`; in space that
         sum over sqrt(3), where more than two corners weigh.
-    system, cycle
-        The contact and its load cycle.
     residual
-        Largest entry of the sum of g over the corners, which is zero for exact multipliers, over the largest stress that the mechanism's motions
-        make one by one; or the residual of the limit if that is larger.
+        Largest entry of the sum of g over the corners, over the largest stress that the mechanism's motions make one by one; or the residual of the
+        limit if that is larger.
 
     Examples
     --------
     >>> import frictopt as fo
-    >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
-    >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
-    >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
-    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> least = fo.shakedown_limit(pair, cycle, friction=0.6).least_slip(1.0)
-    >>> round(least.bound, 6), round(least.total, 6)
-    (0.273943, 0.637664)
-    >>> sorted(least.to_frame()["node"])
-    [0, 1]
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> least = fo.shakedown_limit(rod, cycle, friction=0.5).least_slip(1.0)
+    >>> round(least.bound, 6), round(least.total, 6), sorted(least.to_frame()["node"])
+    (0.5, 1.0, [0, 1])
     """
 
     _said = ("load_factor", "bound", "total", "residual")
@@ -76,10 +64,7 @@ class LeastSlip(Shown, Plotted):
 
     @property
     def total(self) -> float:
-        """Proven least sum over the nodes of the slip between corners (the largest distance of two) while all nodes are closed, length.
-
-        Inf where no slip weighs anything and the bound is above 0: no cycle keeps all nodes closed.
-        """
+        """Proven least sum over the nodes of the slip between corners while all are closed, length; inf if no cycle keeps all closed."""
         largest = float(self.weight.max())
         if largest == 0:
             return np.inf if self.bound > 0 else 0.0
@@ -98,10 +83,10 @@ class LeastSlip(Shown, Plotted):
         return float(np.sum(self.g * slip)) + opened
 
     def to_frame(self) -> Any:
-        """The nodes that must slip: no closed cycle exists in which all of them stick. Largest weight first.
+        """The nodes that must slip, largest weight first: no closed cycle exists in which all of them stick.
 
-        Columns: node; its place; weight; alone, the slip between corners that the node would need if no other one slipped, length; and its
-        weight `g` at each corner, by the loads of the corner, in space both components, `g1` and `g2`.
+        Columns: node; its place; weight; alone, the slip between corners that the node would need if no other one slipped, length; its weight `g` at
+        each corner, named by the loads of the corner, in space `g1` and `g2`.
         """
         nodes = np.flatnonzero(self.weight)
         nodes = nodes[np.argsort(-self.weight[nodes], kind="stable")]

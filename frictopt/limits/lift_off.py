@@ -1,13 +1,7 @@
 """Nodes that open and close in each cycle, where the load goes to and fro between two corners: the limit of a given order of openings and closings.
 
-A contact also rests if nodes lift off on the way, carry nothing, and come down where they left. At an event m, where its nodes just touch, the load
-is on the line between the corners, at a part of the way that is an unknown, so that a given order of events is a linear program, in space a cone
-program::
-
-    q[m] = q0 + load_factor q1[0] + way[m] (q1[1] - q1[0]) + A slip        0 <= way[1] <= way[2] <= ... <= load_factor
-
-and so for p and the gaps, with A and the loads of the nodes that are closed before or after it. Between the instants, that is the corners and events,
-all is linear and no node opens or closes: nodes that stick at both ends stick in between. On the way back it is the same the other way round.
+At event m the load is at an unknown part of the way between the corners, so the order is a linear program, in space a cone program (theory, "Nodes
+that open and close in each cycle"). Each instant (corner or event) has A, B and loads of the nodes that are closed before or after it.
 """
 
 from collections.abc import Callable
@@ -57,14 +51,7 @@ class Order(NamedTuple):
 class LiftOff(Question):
     """A question with nodes that open and close in each cycle; `open` are those that are open all through it.
 
-    Attributes
-    ----------
-    order
-        Which nodes open and close, and when.
-    way
-        (M,) part of the way from the first corner to the last at which each instant is.
-    sets
-        The same question with the nodes open that are open at each instant.
+    `way` (M,) is the part of the way from the first corner to the last at each instant; `sets` have the nodes open that are open at each instant.
     """
 
     order: Order
@@ -143,10 +130,7 @@ def with_order(task: Question, order: Order, of_set: Callable[[Nodes], Question 
 
 
 class Ordered(Program):
-    """The listing of an order of events, compiled with a goal of this `unit`, in which the places of the events are unknowns.
-
-    `friction` lists the rows of friction at some instants, as `models.stuck` does; the load factor may be given.
-    """
+    """The listing of an order of events at unknown places, with a goal of this `unit`; `friction` as `models.stuck`; a load factor may be given."""
 
     def __init__(
         self, asked: LiftOff, goal: Callable[[Program], cp.Problem], unit: float, friction: Callable[..., list[Row]] = stuck, load_factor: Any = None

@@ -5,11 +5,9 @@ A contact rests through a load cycle if one residual slip keeps every node close
     q_r = A slip        q_k = q0 + load_factor q1_k + q_r
     p_r = B slip        p_k = p0 + load_factor p1_k + p_r        |q_k| <= f p_k
 
-Some nodes may stay open. They carry nothing and follow the slip of the closed ones, so that A, B and the loads are those of the closed nodes alone,
-and their gaps stay `w0 + load_factor w1_k + W slip >= 0`.
-
-`rest` lists the rows without friction, `stuck` those of friction; each question below is one goal over them. In the plane slip and q are vectors of N
-nodes, in space (N, 2), and `|q|` is the length at each node. Nothing here is scaled, halved or eliminated: `frictopt.solve` does that below cvxpy.
+Of nodes that stay open, A, B and the loads are those of the closed ones alone, and their gaps stay `w0 + load_factor w1_k + W slip >= 0`. `rest`
+lists the rows without friction, `stuck` those of friction; each question below is one goal over them. Slip and q are (N,), in space
+(N, 2), where `|q|` is the length at each node. Nothing here is scaled, halved or eliminated: `frictopt.solve` does that below cvxpy.
 """
 
 import operator
@@ -130,7 +128,7 @@ def within(x: Unknowns, most: cp.Constant) -> list[Row]:
 
 
 def shakedown(x: Unknowns, rows: Sequence[Row]) -> cp.Problem:
-    """The largest load factor of a state of rest."""
+    """The largest load factor of a state of rest; of a design, with the rows of all scenarios, its loads being `more` in `rest`."""
     return cp.Problem(cp.Maximize(x.load_factor), [*rows, (x.load_factor >= 0).set_label("load_factor")])
 
 
@@ -161,16 +159,8 @@ def least_pressure(x: Unknowns, node: cp.Parameter, shares: Sequence[cp.Variable
     return cp.Problem(cp.Minimize(node @ x.p[0]), [*rows, *within])
 
 
-def design(x: Unknowns, rows: Sequence[Row]) -> cp.Problem:
-    """The largest load factor at which a design leaves every scenario a safe residual slip of its own; its loads are `more` in `rest`."""
-    return cp.Problem(cp.Maximize(x.load_factor), [*rows, (x.load_factor >= 0).set_label("load_factor")])
-
-
 def critical(x: Unknowns, node: cp.Parameter, at_zero: cp.Parameter, rate: cp.Parameter, sense: Any, rows: Sequence[Row]) -> cp.Problem:
-    """The least (largest) load factor at which a safe slip leaves a node no more pressure than it needs: `[A v, B v] = at_zero + load_factor rate`.
-
-    `node` is 1 at the node, and 0 at all others.
-    """
+    """The least (largest) load factor at which a safe slip leaves a node (`node` is 1 there) no more pressure: `[A v, B v] = at_zero + lam rate`."""
     change = [node @ part for part in ([x.q_r] if x.q_r.ndim == 1 else [x.q_r[:, 0], x.q_r[:, 1]])] + [node @ x.p_r]
     states = [(part == at_zero[k] + x.load_factor * rate[k]).set_label("critical") for k, part in enumerate(change)]
     return cp.Problem(sense(x.load_factor), [*rows, *states, (x.load_factor >= 0).set_label("load_factor")])

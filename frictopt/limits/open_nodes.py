@@ -13,9 +13,9 @@ _BESIDE = 1.5  # distances of the nearest node within which others are its neigh
 
 
 def open_under_mean(task: Question) -> list[Booleans]:
-    """(N,) which nodes the mean load leaves open, from no slip; where the corners differ at load factor 0, which any of them does, and which all do.
+    """(N,) which nodes the mean load leaves open, from no slip; no sets where none opens, or the load settles nowhere.
 
-    In an order that does not know which corner is listed first. Empty where no node opens, or the load settles nowhere.
+    With fixed parts that differ: those that any corner leaves open at load factor 0, and those that all corners do.
     """
     from ..transients.march import open_at_rest  # here, because a closed contact needs none
 
@@ -28,10 +28,7 @@ def open_under_mean(task: Question) -> list[Booleans]:
 
 
 def border(system: ContactSystem, opened: Booleans, node: int, p: Array) -> str:
-    """What a limit that a node beside open ones rules says of the mesh, as the end of a reason; p (K, N) are the normal forces at the limit.
-
-    Pressure falls to zero where closed nodes meet open ones, unless the body ends there in an edge, where pressure is highest.
-    """
+    """What a limit that a node beside open ones governs says of the mesh (pressure there is 0, or highest at an edge); p (K, N) at the limit."""
     apart = np.linalg.norm(system.points - system.points[node], axis=1)
     apart[node] = np.inf
     pressure = p.min(axis=0) / (1.0 if system.width is None else system.width)

@@ -1,13 +1,8 @@
-"""Which nodes stay open in a state of rest: a search near the settled mean load, one program for each set of open nodes.
+"""Which nodes stay open in a state of rest, or open and close in each cycle: a search near the settled mean load (theory, "Contacts that open").
 
-The largest limit over all sets is no design number: sets far from the settled state obey the law too, and nothing leads there. The search is local.
-It starts from what the mean load leaves open, with the friction as it is and with less, and from what corners open: the limit of a given set never
-falls as friction grows, so that sets of less friction are good starts. From the best, nodes that rule it are opened or closed as long as that gains.
-The answer is a state of rest, judged as every other one; its bound is that of its set.
-
-Where the load goes to and fro, nodes may also open and close in each cycle. Their order is found by pivots from the best set: nodes that carry
-nothing at a corner open before it, open ones that touch there close, events at one load change places, become one or part. Each new order has what
-it came from as its limiting case, so that the load factors in between are safe too.
+The largest limit over all sets is no design number: sets far from the settled state obey the law too, and nothing leads there. The limit of a given
+set never falls as friction grows, so sets of less friction are good starts. A new order has what it came from as its limiting case, so that the load
+factors in between are safe too. The answer is judged as every other state of rest; its bound is that of its set.
 """
 
 from collections.abc import Callable, Iterator
@@ -37,9 +32,8 @@ _MOVES = 1e-6  # part of the largest motion from which on a node at an end of th
 def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLimit], closed: ShakedownLimit, at: float = np.inf) -> ShakedownLimit:
     """The best limit that the search finds; `of_set` asks for the one of a question with given open nodes, which counts above a load factor.
 
-    `closed` is the one with all nodes closed. It is the answer where it is safe from the mean load on, and no node that rules it wants to open.
-    Sets whose safe load factors begin above `at`, or only above where those of the best one end, do not count. Under a static load, of one corner, no
-    node is opened or closed: sets would follow each other up to where the body slides off.
+    `closed` is the one with all nodes closed, the answer if it is safe from the mean load on and no node that governs it wants to open. Sets that are
+    safe only above `at`, or above the end of the best one, do not count. Under a static load nodes stay: sets would go on until the body slides off.
     """
     best, tried, turns = closed, {closed.open.tobytes()}, len(task.cycle.corners) > 1
 
@@ -105,10 +99,9 @@ def _settled(task: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
 
 
 def _next_to(best: ShakedownLimit) -> Iterator[Booleans]:
-    """Sets next to one, by nodes that are opened or closed.
+    """Sets next to one: the nodes that govern its limit opened or closed, all at once, one by one, or in space in small groups.
 
-    Those that rule its limit, all at once and those at its border; the whole border, from outside or inside, as a mechanism may rule on one side
-    only; the ruling ones one by one, in space in small groups.
+    And those of them at its border; and the whole border from outside or inside, as a mechanism may govern on one side only.
     """
     task = best._task
     moved = best._motion.parts(task.system).sum(axis=(0, 1))
@@ -132,8 +125,7 @@ def _next_to(best: ShakedownLimit) -> Iterator[Booleans]:
 def best_order(best: ShakedownLimit, of_order: Callable[[LiftOff, float], ShakedownLimit], at: float = np.inf) -> ShakedownLimit:
     """The best limit that pivots reach from one with nodes that stay as they are; that itself where none is better.
 
-    `of_order` asks for the one of a given order, which counts above a load factor. The first one that is not below `at` is enough: a later one may
-    be safe only above.
+    `of_order` asks for that of an order, which counts above a load factor; the first not below `at` is enough.
     """
     task, order, tried = best._task, Order(_nodes(best.open)), set[Order]()
     most = min(_MOST, _WORK // best.slip.size)

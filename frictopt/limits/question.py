@@ -192,10 +192,7 @@ class Question:
         return self.mean_bound / (float(np.diag(self.system.C).mean()) or self.system.stiffness_scale)
 
     def states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
-        """Slips and gaps `[v, w]` and reactions `[q, p]` at the corners, each (K, t + 1, N), under a residual slip, (N,) or (N, 2).
-
-        Open nodes leave it, and carry nothing.
-        """
+        """Slips and gaps `[v, w]` and reactions `[q, p]` at the corners, each (K, t + 1, N), under a residual slip of the closed nodes."""
         axes, n, S = self.system.tangents + 1, self.system.nodes, self.system.S
         v = np.concatenate([(slip.T * ~self.open).ravel(), np.zeros(n)])
         r = self.bonded[0] + load_factor * self.bonded[1] + S @ v
@@ -263,10 +260,7 @@ class Question:
 def pose(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, simplify: bool = True, slip_bound: Any = None) -> Question:
     """Check a limit problem and pose it with all nodes closed; `slip_bound` is one largest slip, or one per node, None for no bound.
 
-    Raises
-    ------
-    ModelError
-        Wrong types, load cases that the system does not have, bad friction, a bad slip bound, a mean load whose shear hides its pressure.
+    Refused: wrong types, unknown load cases, bad friction, a bad slip bound, a mean load whose shear hides its pressure.
     """
     nodes = checked_system(system).nodes
     checked_cycle(cycle)

@@ -37,17 +37,14 @@ class RequiredFriction(Answered):
         Coefficient of friction with which no slip is safe, all nodes closed or those open that the search then finds, less than 1e-5 below
         `required`, relatively; nan where none is needed. Where nodes open and close in each cycle (`events`), others may need less.
     slip
-        (N,) or (N, 2) a residual slip that is safe with `required`, length; NaN where none is enough. `largest_slip` is its size: compare it with
-        what assembly can leave, and bound it by `slip_bound`.
+        (N,) or (N, 2) a residual slip that is safe with `required`, length; NaN where none is enough. See `largest_slip`.
     mechanism
         Why `bound` is not enough (Farkas's lemma), or why no friction is: motions for which the loads do more work than friction can take up,
-        while no residual slip resists them. Columns node, x, corner, direction (+1 slips along +x, -1 against it, 0 opens), share; largest first.
-    reason
-        Why it is so, in words.
-    load_factor
-        The load factor that was asked for.
+        while no residual slip resists them. Columns as in `ShakedownLimit.mechanism`, direction 0: it opens.
+    load_factor, reason
+        The load factor that was asked for, and why it is so, in words.
     record
-        How it was found. Its `residual` is the larger one of the two proofs. At most 1e-9.
+        How it was found. Its `residual`, at most 1e-9, is the larger one of the two proofs.
 
     Examples
     --------
@@ -69,31 +66,26 @@ def required_friction(
 ) -> RequiredFriction:
     """Least coefficient of friction, the same at all nodes, with which some residual slip is safe at a load factor.
 
-    A slip that is safe with friction f presses every node at every corner: `abs(q) <= f p` needs `p >= 0`, and without friction it is asked for. With
-    more friction the bounds f p only grow, so the same slip stays safe. There is therefore one coefficient above which a slip is safe and below which
-    none is. It is the root of the margin of `safe_slip`, which never falls as friction grows. It is finite if some slip presses every
-    node at every corner (f is then at most the largest `abs(q) / p` there). If no slip does, no friction is enough. More load may need less friction,
-    where the mean load alone is not safe and the corners press: the load factors that are safe with one friction are an interval, see
-    `ShakedownLimit.least`. Where nodes stay open, the best pattern counts that the search of `shakedown_limit` finds: a slip is proven safe with
-    its nodes open at the answer, and none with those of the pattern just below it. Theory, eq. (16).
+    A slip that is safe with friction f, also with f = 0, presses every node at every corner, and stays safe with more friction, as the bounds f p
+    only grow. So there is one coefficient above which a slip is safe and below which none is: the root of the margin of `safe_slip`. It is finite if
+    some slip presses every node at every corner; else no friction is enough. More load may need less friction, where the mean load alone is not safe
+    and the corners press: the load factors that are safe with one friction are an interval, see `ShakedownLimit.least`. Where nodes stay open, the
+    best pattern counts that the search of `shakedown_limit` finds: a slip is proven safe with its nodes open at the answer, and none with those of
+    the pattern just below it. Theory, eq. (16).
 
     Parameters
     ----------
-    system, cycle
-        The contact and its load cycle.
+    system, cycle, slip_bound
+        See `ShakedownModel`. Faces that lock themselves may need far more slip than assembly can leave.
     load_factor
         Load factor, >= 0.
     events
-        Whether nodes may also open and close in each cycle, see `shakedown_limit`: each friction that is tried then has a search of its own.
-    slip_bound
-        Largest slip `abs(v)` that assembly can leave, see `ShakedownModel`; None for no bound. Faces that lock themselves may need far more.
+        See `shakedown_limit`; each friction that is tried then has a search of its own.
 
     Raises
     ------
-    ModelError
-        Bad input.
-    SolverError
-        The two sides of the proof do not come within 1e-5 of each other, or whether any friction is enough is within rounding.
+    ModelError, SolverError
+        Bad input; the two sides of the proof do not come within 1e-5 of each other, or whether any friction is enough is within rounding.
 
     Examples
     --------
@@ -175,8 +167,7 @@ class _Asked:
     def root(self, most: float) -> float:
         """The friction at which the margin vanishes, below one that is enough; less than the least friction where it does not.
 
-        By Newton's method: more friction adds to the reserve `f p - |q|`, weighted by its multipliers, their sum of p. A step that leaves what is
-        known, or is not half of the one before, is replaced by bisection.
+        By Newton's method, the reserve `f p - |q|` growing by the sum of p weighted by its multipliers; else, or if steps are not halved, bisection.
         """
         friction, least, before = most, 0.0, np.inf
         while friction >= _LEAST_FRICTION:
@@ -211,17 +202,7 @@ class _Asked:
 
 @dataclass(frozen=True)
 class Pressing:
-    """Solution of a pressing problem, judged from both sides.
-
-    Attributes
-    ----------
-    least
-        The least normal reaction under its slip, in mean normal forces of the mean load, at most 1.
-    motion
-        Openings for which the loads do work although no residual slip resists them, where `least` is negative.
-    residual
-        The larger of the distance of `least` from the bound that the multipliers prove, and the excess of its slip over the slip bound.
-    """
+    """Least normal reaction under a slip, in mean normal forces of the mean load, at most 1; if negative, openings that prove it; and both errors."""
 
     least: float
     motion: Mechanism
@@ -234,13 +215,7 @@ class Pressing:
 
 
 def best_pressed(system: ContactSystem, cycle: LoadCycle, load_factor: float, slip_bound: Any) -> tuple[Pressing, SolveRecord]:
-    """The slip, within its bound, under which the least normal reaction over the nodes and corners is largest.
-
-    Raises
-    ------
-    SolverError
-        No solver gave an answer that passes the checks.
-    """
+    """The slip, within its bound, under which the least normal reaction over the nodes and corners is largest."""
     task, least = pose(system, cycle, 0.0, slip_bound=slip_bound), cp.Variable(name="least")
     x = unknowns(system.slip_shape, range(len(cycle.corners)), cp.Parameter(nonneg=True, name="load_factor", value=load_factor))
     program = listed_rows(task, x, cp.Parameter(system.nodes, nonneg=True, name="f"), friction=lambda *_: [])

@@ -36,8 +36,7 @@ def in_turn(question: F) -> F:
 class SafeModel:
     """Base of models that take constraints of the user's own: what they decide on, in the user's units.
 
-    A model may be asked from several threads: one waits for the other. What stands in its unknowns is the last answer, None where that has no slip.
-    A copy is a new model, with unknowns of its own.
+    Threads ask in turn. The unknowns hold the last answer, None where that has no slip. A copy is a new model, with unknowns of its own.
     """
 
     _given = False  # whether the load factor is

@@ -26,33 +26,29 @@ _MOST_SIDES = 1000
 def safe_region(system: ContactSystem, mean: Mapping[str, float], loads: Sequence[Any], friction: Any, *, tolerance: float = 1e-3) -> SafeRegion:
     """Which amplitudes of two loads that vary independently around a mean load leave a safe residual slip.
 
-    The amplitudes and slips with `abs(q) <= f p` at all nodes for all loads of the domain are a convex set, and so is its shadow on the plane of the
-    two amplitudes. Each shakedown limit along a ray gives a point of its border and, by its mechanism, a straight line that no safe amplitudes are
-    beyond. The next ray goes to the point where two neighbouring lines meet: if it is safe, it is a vertex, else its limit gives a line between them.
-    In the plane the shadow is a polygon, and so all its vertices and sides are found, by one linear program each. In space it is curved, and rays by
-    cone programs go on until the points and the lines are two polygons within the tolerance. Theory, eq. (17). Where nodes stay open, the region is
-    that of the open nodes of the limit under both loads: with others open, more may be safe.
+    The amplitudes and slips that are safe for all loads of the domain are a convex set, and so is its shadow on the plane of the two amplitudes. Each
+    shakedown limit along a ray gives a point of its border and, by its mechanism, a straight line that no safe amplitudes are beyond. The next ray
+    goes to the point where two neighbouring lines meet: if it is safe, it is a vertex, else its limit gives a line between them. In the plane all
+    vertices and sides of a polygon are found, by one linear program each. In space the border is curved, and rays by cone programs go on until points
+    and lines are two polygons within the tolerance. Theory, eq. (17). Where nodes stay open, the region is that of the open nodes of the limit under
+    both loads: with others open, more may be safe.
 
     Parameters
     ----------
-    system
-        The contact.
+    system, friction
+        See `shakedown_limit`.
     mean
         Static load, load case name -> amplitude.
     loads
         The two loads. Each is the name of a load case, which varies between plus and minus its amplitude; or a list of corners at amplitude 1, load
         case name -> amplitude, for a load that varies within their hull and comes back to zero. The two share no load case.
-    friction
-        Coefficient of friction, one or one per node.
     tolerance
         In space the largest `SafeRegion.gap`; in the plane there is none.
 
     Raises
     ------
-    ModelError
-        Bad input.
-    SolverError
-        No solver gave an answer that passes the checks, or vertex and side do not meet within their errors.
+    ModelError, SolverError
+        Bad input; no solver gave an answer that passes the checks, or vertex and side do not meet within their errors.
 
     Examples
     --------
@@ -60,10 +56,8 @@ def safe_region(system: ContactSystem, mean: Mapping[str, float], loads: Sequenc
     >>> bonded = {"P": ([0.0], [2.0]), "Q": ([1.0], [0.0]), "R": ([0.0], [-1.0])}
     >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], bonded)
     >>> region = fo.safe_region(node, {"P": 1.0}, ["Q", "R"], friction=0.5)  # Q <= 0.5 (2 - R)
-    >>> region.vertices.round(9).tolist()
-    [[1.0, 0.0], [0.0, 2.0]]
-    >>> region.sides[["a", "b", "bound"]].round(9).values.tolist()
-    [[1.0, 0.5, 1.0]]
+    >>> region.vertices.round(9).tolist(), region.sides[["a", "b", "bound"]].round(9).values.tolist()
+    ([[1.0, 0.0], [0.0, 2.0]], [[1.0, 0.5, 1.0]])
     """
     search = _Search(system, mean, loads, friction, finite_number("tolerance", tolerance, above=0.0))
     first, second = search.ray(1.0, 0.0), search.ray(0.0, 1.0)

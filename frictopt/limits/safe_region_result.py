@@ -15,13 +15,13 @@ class SafeRegion(Recorded, Plotted):
     """The amplitudes `(a, b)` of two loads at which some residual slip is safe.
 
     The region is convex, and holds all smaller amplitudes with any that it holds: both loads come back to zero, so that the mean load is in every
-    domain, and must be safe. Its border goes from an amplitude of the first load alone to one of the second load alone: in the plane a chain of
-    straight sides. In space it is curved, and lies between the polygon of points that are proven safe, `vertices`, and that of mechanisms, `outer`.
+    domain, and must be safe. Its border goes from an amplitude of the first load alone to one of the second load alone: in the plane straight sides,
+    in space a curve between the polygon of points that are proven safe, `vertices`, and that of mechanisms, `outer`.
 
     Attributes
     ----------
-    loads
-        Names of the two loads.
+    loads, unlimited
+        Names of the two loads, and of those whose amplitude has no limit.
     vertices
         (V, 2) amplitudes on the border, each proven safe, from the first load alone to the second; inf where there is no limit, empty where none is
         safe. Between them all are safe, too.
@@ -33,14 +33,12 @@ class SafeRegion(Recorded, Plotted):
     gap
         Largest distance of the two polygons on a ray from zero, over its length: 0 in the plane, at most the tolerance in space.
     mechanisms
-        For each side, which nodes limit the amplitudes: columns node, x, corner (of `cycle(a, b)`), direction, share, as in `ShakedownLimit`.
-    unlimited
-        Names of the loads whose amplitude has no limit.
+        For each side, which nodes limit the amplitudes: as in `ShakedownLimit.mechanism`, corners of `cycle(a, b)`.
     reason
         Why the region is what it is, in words.
     record
-        How it was found. Its `residual` is the largest of: the residuals of the limits at all vertices, and the distance of each side from its two
-        vertices, relatively. At most 2e-8.
+        How it was found. Its `residual`, at most 2e-8, is the largest of: the residuals of the limits at all vertices, and the distance of each side
+        from its two vertices, relatively.
 
     Examples
     --------
@@ -64,25 +62,13 @@ class SafeRegion(Recorded, Plotted):
     _parts: tuple[Sequence[Mapping[str, float]], Sequence[Mapping[str, float]]] = field(repr=False)
 
     def contains(self, first: float, second: float) -> bool:
-        """Whether some residual slip is proven safe at these amplitudes, >= 0: whether they are in the polygon of `vertices`.
-
-        Raises
-        ------
-        ModelError
-            Amplitudes that are not finite or negative.
-        """
+        """Whether some slip is proven safe at these amplitudes, in the polygon of `vertices`; ModelError if not finite or negative."""
         at = np.array([finite_number("first", first, least=0.0), finite_number("second", second, least=0.0)])
         within = all(across @ at <= across @ one for one, across in _chords(self.vertices))
         return within and bool((at <= self.vertices.max(axis=0, initial=-1.0)).all())
 
     def cycle(self, first: float, second: float) -> LoadCycle:
-        """The vertices of the domain of loads at these amplitudes, as a load cycle for other functions.
-
-        Raises
-        ------
-        ModelError
-            Amplitudes that are not finite or negative.
-        """
+        """The vertices of the domain of loads at these amplitudes, a load cycle for other functions; ModelError if not finite or negative."""
         amplitudes = finite_number("first", first, least=0.0), finite_number("second", second, least=0.0)
         return domain(self._mean, self._parts, amplitudes)
 

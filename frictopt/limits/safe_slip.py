@@ -25,28 +25,15 @@ _MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none o
 
 
 class SafeSlipModel(SafeModel):
-    """The safe residual slips of one system under one load cycle, for any friction and load factor, also under constraints of your own.
+    """The safe residual slips of one system under one load cycle, for any friction, load factor and constraints of your own. Theory, eq. (9).
 
-    Theory, eq. (9).
-
-    Parameters
-    ----------
-    system, cycle
-        The contact and its load cycle.
-    slip_bound, simplify, solver
-        See `ShakedownModel`.
-
-    Raises
-    ------
-    ModelError
-        Wrong types, unknown load cases or options, a negative slip bound.
+    Parameters and what they raise are those of `ShakedownModel`.
 
     Examples
     --------
     >>> import frictopt as fo
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 0.0}, {"force": 1.0}])
-    >>> model = fo.SafeSlipModel(rod, cycle)
+    >>> model = fo.SafeSlipModel(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 0.0}, {"force": 1.0}]))
     >>> round(model.solve(0.5, load_factor=0.8).margin, 6)
     0.2
     >>> round(model.solve(0.5, load_factor=0.8, constraints=[model.slip[0] - model.slip[1] <= 0.25]).margin, 6)
@@ -98,22 +85,15 @@ class SafeSlipModel(SafeModel):
 
         Parameters
         ----------
-        friction
-            Coefficient of friction, one or one per node.
-        load_factor
-            Load factor, >= 0.
+        friction, load_factor, events
+            See `safe_slip`.
         constraints
             cvxpy constraints on `slip`, `q`, `p` and `margin` of this model, see `ShakedownModel.solve`; `bound` and `residual` cover them.
-        events
-            See `safe_slip`.
 
         Raises
         ------
-        ModelError
-            Bad input; a load factor so large that the mean load is lost in rounding; constraints that no slip obeys, safe or not, or that are not
-            convex, need other cones, or are on another model.
-        SolverError
-            No solver gave an answer that passes the checks.
+        ModelError, SolverError
+            As `ShakedownModel.solve`; a load factor so large that rounding loses the mean load; constraints that no slip obeys, safe or not.
         """
         safe = self.of_pattern(self._posed(friction), load_factor, listed("constraints", constraints), events)
         self.margin.save_value(np.array(safe.margin))
@@ -179,37 +159,27 @@ def safe_slip(
     simplify: bool = True,
     solver: str | None = None,
 ) -> SafeSlip:
-    """Find the residual slip with the largest reserve at every node and corner of the cycle.
-
-    For constraints of your own see `SafeSlipModel`. Theory, eq. (9).
+    """Find the residual slip with the largest reserve at every node and corner of the cycle. Theory, eq. (9).
 
     Parameters
     ----------
-    system, cycle
-        The contact and its load cycle.
-    friction
-        Coefficient of friction, one or one per node.
+    system, cycle, friction, slip_bound, simplify, solver
+        See `shakedown_limit`; for constraints of your own see `SafeSlipModel`.
     load_factor
         Load factor, >= 0.
     events
         Whether nodes may also open and close in each cycle, see `shakedown_limit`, where no slip is safe with nodes that stay as they are.
-    slip_bound, simplify, solver
-        See `ShakedownModel`.
 
     Raises
     ------
-    ModelError
-        Bad input.
-    SolverError
-        No solver gave an answer that passes the checks.
+    ModelError, SolverError
+        Bad input; no solver gave an answer that passes the checks.
 
     Examples
     --------
     >>> import frictopt as fo
-    >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
-    >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
-    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> fo.safe_slip(system, cycle, friction=0.5, load_factor=0.9).exists
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> fo.safe_slip(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), friction=0.5, load_factor=0.6).exists
     False
     """
     model = SafeSlipModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)

@@ -21,8 +21,7 @@ class SafeSlip(Proven):
     load_factor
         The load factor that was asked for.
     slip
-        (N,) or (N, 2) the slip that stays furthest inside the friction bounds, length (the least unsafe one if none is safe); within the slip bound.
-        `largest_slip` is its size: compare it with what assembly can leave, and bound it by `slip_bound`.
+        (N,) or (N, 2) the slip that stays furthest inside the friction bounds, length (the least unsafe one if none is safe). See `largest_slip`.
     margin
         Its smallest reserve `f p - |q|` over nodes and corners, in mean friction bounds at load factor 0 (gaps shut), at most 1; negative: none is
         safe. With friction below 0.01 somewhere the reserve of p counts as well; with open nodes their gap, in what the mean friction bound does to
@@ -30,8 +29,8 @@ class SafeSlip(Proven):
     bound
         Upper bound of the margin from the multipliers alone; equals `margin` up to `residual`.
     record
-        How it was found. Its `residual` is the largest of: the shortfall of the slip's reserve, recomputed, and the distance of `bound`. At
-        most 1e-9.
+        How it was found. Its `residual`, at most 1e-9, is the largest of: the shortfall of the slip's reserve, recomputed, and the distance of
+        `bound`.
     constraints
         Names of the constraints of your own: slip, margin and margin bound are those of the program with them.
     problem
@@ -40,12 +39,10 @@ class SafeSlip(Proven):
     Examples
     --------
     >>> import frictopt as fo
-    >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
-    >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
-    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> safe = fo.safe_slip(system, cycle, friction=0.5, load_factor=0.3)
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> safe = fo.safe_slip(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 0.0}, {"force": 1.0}]), friction=0.5, load_factor=0.8)
     >>> safe.exists, safe.certificate is None, round(safe.margin, 6)
-    (True, True, 0.44)
+    (True, True, 0.2)
     """
 
     _said = ("exists", "margin", "bound", "largest_slip", "residual", "reason")

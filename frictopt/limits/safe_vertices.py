@@ -1,8 +1,4 @@
-"""Slips that the contact can hold at a load factor, the furthest ones in given directions: starts of transients.
-
-A slide of the whole body, where nothing resists one, has no part in it; a bound `abs(v) <= slip_bound` counts with its slide. For the program see
-`models.furthest`.
-"""
+"""Slips that the contact can hold at a load factor, the furthest in given directions (`models.furthest`); free slides of the body take no part."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -19,10 +15,7 @@ from .question import Question, pose
 
 
 def furthest(task: Question, load_factor: float, directions: Iterable[Array]) -> list[Array | None]:
-    """For each direction of the tractions over their units, (t N,), the slip that is safe at a load factor and goes furthest in it, length.
-
-    Open nodes follow the closed ones. None in directions in which these slips have no end, and in all where no slip is safe.
-    """
+    """For each direction (t N,) of tractions over their units, the safe slip that goes furthest, length; None without an end, or if none is safe."""
     unit, found = np.tile(task.node_unit, task.system.tangents), list[Array | None]()
     x = unknowns(task.system.slip_shape, range(len(task.r1)), cp.Parameter(nonneg=True, name="load_factor", value=load_factor))
     direction = cp.Parameter(len(unit), name="direction", value=np.zeros(len(unit)))
@@ -48,10 +41,8 @@ def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_f
 
     Parameters
     ----------
-    system, cycle
-        The contact and its load cycle.
-    friction
-        Coefficient of friction, one or one per node.
+    system, cycle, friction
+        See `shakedown_limit`.
     load_factor
         Load factor, >= 0.
     directions
@@ -61,15 +52,12 @@ def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_f
     Returns
     -------
     Array
-        (d, N) or (d, N, 2) slips, length. d = 0 where no slip is safe with all nodes closed; directions in which the safe slips have no end give
-        none.
+        (d, N) or (d, N, 2) slips, length; d = 0 where no slip is safe. Directions in which the safe slips have no end give none.
 
     Raises
     ------
-    ModelError
-        Bad input.
-    SolverError
-        No solver gave an answer that passes the checks.
+    ModelError, SolverError
+        Bad input; no solver gave an answer that passes the checks.
 
     Examples
     --------

@@ -51,8 +51,7 @@ class ShakedownModel(SafeModel):
     >>> import frictopt as fo
     >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
     >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
-    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> model = fo.ShakedownModel(system, cycle)
+    >>> model = fo.ShakedownModel(system, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]))
     >>> model.sweep([0.3, 0.5])["load_factor"].round(6).tolist()
     [0.313636, 0.535714]
     >>> round(model.solve(0.5, constraints=[model.slip[0] >= 0.1]).load_factor, 6)
@@ -74,25 +73,21 @@ class ShakedownModel(SafeModel):
 
         Parameters
         ----------
-        friction
-            Coefficient of friction, one or one per node.
+        friction, open, events
+            See `shakedown_limit`.
         constraints
             cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units, and on variables of your own. They are linear, or
             of abs, max, norms and the like: the multipliers of rows and second-order cones prove the limit. `bound` and `residual` cover them. The
             nodes that stay open are those of the limit without them: q and p are 0 there, and the slip is that under the mean load.
         objective
-            What shall be largest over the safe slips, instead of the load factor: a concave cvxpy expression on the same, also linear or of abs, max,
-            norms and the like, such as `model.load_factor - 0.1 * cp.norm1(model.slip)`. See `ShakedownLimit.objective`.
-        open, events
-            See `shakedown_limit`.
+            What shall be largest over the safe slips, instead of the load factor: a concave cvxpy expression on the same, of the same forms, such as
+            `model.load_factor - 0.1 * cp.norm1(model.slip)`. See `ShakedownLimit.objective`.
 
         Raises
         ------
-        ModelError
+        ModelError, SolverError
             Bad friction; open nodes that the others do not hold; constraints that are not convex, need other cones, or are on another model; such an
-            objective, or one without a largest value.
-        SolverError
-            No solver gave an answer that passes the checks.
+            objective, or one without a largest value; no solver gave an answer that passes the checks.
         """
         own = listed("constraints", constraints)
         return self._shown(self.of_pattern(self._posed(friction), open, events, own, objective))
@@ -168,14 +163,8 @@ class ShakedownModel(SafeModel):
     def sweep(self, frictions: Any, constraints: Sequence[cp.Constraint] = ()) -> pd.DataFrame:
         """The limit for many coefficients of friction (each one number or (N,)), one row each, under constraints of your own as in `solve`.
 
-        Columns: friction (mean), load_factor, least, bound, residual, friction_rate, node and sense of the mechanism's largest share, solver.
-
-        Raises
-        ------
-        ModelError
-            Not a sequence, or bad friction in it.
-        SolverError
-            No solver gave an answer that passes the checks.
+        Columns: friction (mean), load_factor, least, bound, residual, friction_rate, node and sense of the mechanism's largest share, solver. Raises
+        what `solve` does; ModelError if not a sequence.
         """
         own = listed("constraints", constraints)
         return pd.DataFrame([_row(friction, self.solve(friction, own)) for friction in listed("frictions", frictions)])
@@ -215,18 +204,14 @@ def shakedown_limit(
 
     Raises
     ------
-    ModelError
-        Bad input.
-    SolverError
-        No solver gave an answer that passes the checks.
+    ModelError, SolverError
+        Bad input; no solver gave an answer that passes the checks.
 
     Examples
     --------
     >>> import frictopt as fo
-    >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
-    >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
-    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> fo.shakedown_limit(system, cycle, friction=0.5).reason
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> fo.shakedown_limit(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), friction=0.5).reason
     'no residual slip is safe above it with all nodes closed'
     """
     model = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
@@ -242,13 +227,7 @@ def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:
 
 
 def judged(program: Program, chosen: bool = False, above: float = -np.inf) -> ShakedownLimit:
-    """The limit that stands in a program, judged by the referee, and by its multipliers; `chosen` by an objective of the user's own.
-
-    Raises
-    ------
-    SolverError
-        The multipliers prove that no limit is `above` a load factor: however far it is from the best one, no better one is looked for.
-    """
+    """The limit in a program, judged by the referee and its multipliers; `chosen` by an objective; SolverError if it is proven not `above`."""
     task, load_factor, slip, proof = program.task, program.load_factor, program.slip, program.chain.proof
     upward = isinstance(program.problem.objective, cp.Maximize)
     bound = upper_bound(proof, above) if upward else proof.bound - proof.defect
@@ -260,13 +239,7 @@ def judged(program: Program, chosen: bool = False, above: float = -np.inf) -> Sh
 
 
 def without_limit(program: Program, chosen: bool) -> ShakedownLimit | None:
-    """The answer that nothing is safe at any load factor, or that all are from one on, each proven; None where neither is.
-
-    Raises
-    ------
-    ModelError
-        An objective without a largest value.
-    """
+    """The proven answer that nothing is safe at any load factor, or all are from one on; else None; ModelError if an objective has no maximum."""
     task, names = program.task, (*program.own, "objective") if chosen else tuple(program.own)
     unsafe = np.full(task.system.slip_shape, np.nan)
     bare = replace(program, own={}).compiled(shakedown(program.x, program.rows), task.load_unit) if names else None

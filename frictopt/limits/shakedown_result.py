@@ -26,29 +26,27 @@ _ALL = 1e-6  # relative distance from the bound of all states up to which the li
 class ShakedownLimit(Rated):
     """The shakedown limit with its proof from both sides, for one pattern of nodes that stay closed or `open`, see `covers`.
 
-    The pattern is the best that a local search near the settled mean load finds. Asked with events, it also has nodes that open and close
-    in each cycle, see `events`. With others open, or in another order, a contact may rest above it. Theory, eq. (8).
+    The pattern is the best that a local search near the settled mean load finds. Asked with events, it also has nodes that open and close in each
+    cycle, see `events`. With others open, or in another order, a contact may rest above it. Theory, eq. (8).
 
     Attributes
     ----------
-    load_factor
-        lambda_2, the largest load factor with a safe slip; inf if all have one from some load factor on, nan if none has one.
+    load_factor, kind
+        lambda_2, the largest load factor with a safe slip; inf if all have one from some load factor on, nan if none has one. `kind` says which.
     least
         The least load factor with a safe slip: 0 for a contact that is safe under its mean load. It is above 0 where the mean load alone leaves no
         safe slip and the corners press; then load factors are safe from `least` to `load_factor`, and below `least` the contact slips or opens for
         ever. Proven like the limit, also under a slip bound and constraints of your own; just above it others than `open` may be the open nodes.
         NaN where nothing is safe, where rounding hides it (`reason` says so), and with an objective.
-    kind
-        Which of these it is.
     slip
-        (N,) or (N, 2) a residual slip that is safe at the limit, length; NaN where `load_factor` is not finite. `largest_slip` is its size: compare
-        it with what assembly can leave, and bound it by `slip_bound`. Open nodes, see `open`, have the one that the mean load gives them.
+        (N,) or (N, 2) a residual slip that is safe at the limit, length; NaN where `load_factor` is not finite. See `largest_slip`. Nodes of `open`
+        have the slip that the mean load gives them.
     bound
         Upper bound of the limit with the same nodes open, not of others, from the mechanism alone, or with constraints of your own from all
         multipliers, theirs too; equals `load_factor` up to `residual`.
     record
-        How it was found. Its `residual` is the largest of: the violations of the contact law by `slip` at the corners, and the relative distance of
-        `bound`; without a finite limit, that of the proof; and the same two of `least` where it is above 0. At most 1e-9.
+        How it was found. Its `residual`, at most 1e-9, is the largest of: the violations of the contact law by `slip` at the corners, and the
+        relative distance of `bound`; without a finite limit, that of the proof; and the same two of `least` where it is above 0.
     constraints
         Names of the constraints of your own, and "objective" for an objective: slip, residual and dual bound are those of the program with them.
     objective
@@ -62,8 +60,7 @@ class ShakedownLimit(Rated):
     >>> import frictopt as fo
     >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
     >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
-    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> limit = fo.shakedown_limit(system, cycle, friction=0.5)
+    >>> limit = fo.shakedown_limit(system, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), friction=0.5)
     >>> limit.kind.name, round(limit.load_factor, 6), round(limit.bound, 6)
     ('FINITE', 0.535714, 0.535714)
     >>> limit.mechanism[["node", "corner", "direction"]].sort_values("corner", ignore_index=True)
@@ -125,12 +122,7 @@ class ShakedownLimit(Rated):
     def bound_for_all(self) -> float:
         """Load factor above which no state of rest exists, from no start, whatever opens: that of `gross_slip`; 0 where the mean load slides off.
 
-        Inf where supports hold the bodies: then nothing bounds the states that `covers` leaves out.
-
-        Raises
-        ------
-        SolverError
-            No solver gave an answer that passes the checks.
+        Inf where supports hold the bodies: then nothing bounds the states that `covers` leaves out. SolverError if no solver's answer passes.
         """
         most = gross_slip(self.system, self.cycle, self.friction).load_factor
         return 0.0 if np.isnan(most) else most
@@ -146,12 +138,7 @@ class ShakedownLimit(Rated):
         Then no such start comes to rest between the limit with all nodes closed and this load factor. A contact's path is continuous, and no slip
         that obeys `|q| <= f p` leaves a node without pressure: one convex program for each node (theory, "What is proven for which states"). False
         where nothing is proven: a node may open, or only rounding speaks against it; with nodes that stay open, and where fixed parts of the cycle
-        differ.
-
-        Raises
-        ------
-        ModelError
-            Bad load factor.
+        differ. ModelError for a bad load factor.
 
         Examples
         --------
@@ -168,12 +155,8 @@ class ShakedownLimit(Rated):
     def apart(self) -> float:
         """Largest distance of the slip from the one that the mean load leaves, from no slip, length; NaN where the limit is not finite.
 
-        Where it is far larger than what assembly can leave, plain starts do not lead to the state of rest: it needs `slip` itself.
-
-        Raises
-        ------
-        NoContinuation, SolverError
-            The mean load comes to no state.
+        Where it is far larger than what assembly can leave, plain starts do not lead to the state of rest: it needs `slip` itself. NoContinuation or
+        SolverError if the mean load comes to no state.
         """
         from ..transients.march import mean_state  # here, because a closed contact needs none
 
@@ -199,9 +182,9 @@ class ShakedownLimit(Rated):
 
     @cached_property
     def mechanism(self) -> pd.DataFrame:
-        """Which nodes limit the load: columns node, x, corner, its loads, direction (+1 slips along +x), share of the total slip; largest first.
+        """Which nodes limit the load, largest share of the slip first: one of several proofs, as of a symmetric contact.
 
-        Where several mechanisms prove the limit, as on both sides of a symmetric contact, it is one of them.
+        Columns node, x, corner, its loads, direction (+1 slips along +x, -1 against it; in space slip1 and slip2), share.
         """
         return self._motion.table(self.system, self._task.names)
 
@@ -220,10 +203,9 @@ class ShakedownLimit(Rated):
 
         Raises
         ------
-        ModelError
-            Bad load factor; a limit that is not finite, under a slip bound, or under constraints of your own, which proves nothing of other slips.
-        SolverError
-            The multipliers of the limit do not balance to the tolerance.
+        ModelError, SolverError
+            Bad load factor; a limit that is not finite, with events, under a slip bound, or under constraints of your own, which proves nothing of
+            other slips; multipliers that do not balance to the tolerance.
         """
         load_factor = finite_number("load_factor", load_factor, least=0.0)
         if self._task.events:
@@ -234,10 +216,7 @@ class ShakedownLimit(Rated):
         return least_slip(self._task, self._motion, self.bound, load_factor, self.residual)
 
     def to_frame(self) -> pd.DataFrame:
-        """One row for each node: node, its place, the slip that is safe at the limit, and the largest `|q| / (f p)` over the corners.
-
-        Corners at which the node carries nothing do not count.
-        """
+        """One row for each node: node, its place, its safe slip at the limit, largest `|q| / (f p)` over the corners where it carries something."""
         ratio = self.traction_ratios
         ratio = np.where(np.isnan(ratio), 0.0, ratio).max(axis=0) if np.isfinite(self.load_factor) else ratio[0]
         return frame({**self._places(), "traction_ratio": ratio}, units=self.system.units)
@@ -251,13 +230,7 @@ class ShakedownLimit(Rated):
 
 
 def upper_bound(proof: Proof, above: float = -np.inf) -> float:
-    """The bound of a largest load factor that multipliers prove, with their defect.
-
-    Raises
-    ------
-    SolverError
-        It is not `above` a load factor: however far the limit is from the best one, no better one is looked for.
-    """
+    """The bound of a largest load factor that multipliers prove, with their defect; SolverError if it is not `above` a load factor."""
     bound = proof.bound + proof.defect
     if bound <= above:
         raise SolverError(f"the limit is at most {bound:g}, so not above {above:g}")

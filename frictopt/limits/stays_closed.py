@@ -11,10 +11,9 @@ from .question import Question, pose
 
 
 def stays_closed(task: Question, load_factor: float) -> bool:
-    """Whether the least normal force of each node is proven to be positive, see `ShakedownLimit.stays_closed`.
+    """Whether each node's least normal force is proven positive (`ShakedownLimit.stays_closed`), by one convex program each, least pressed first.
 
-    The loads are means of the mean load and of the corners at the load factor: `r0 + sum of shares[k] r1_k`, with shares that sum to the load factor
-    at most. One convex program for each node, the least pressed first.
+    The loads are means of the mean load and of the corners: `r0 + sum of shares[k] r1_k`, with shares that sum to the load factor at most.
     """
     asked = pose(task.system, LoadCycle(task.cycle.mean, [{}]), task.friction)
     x = unknowns(task.system.slip_shape, [0], cp.Parameter(name="none", value=0.0))

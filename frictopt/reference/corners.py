@@ -23,8 +23,7 @@ _INTERFACE = pi / 4
 class CornerMode:
     """One singular mode, stress proportional to `r ** (exponent - 1)` and displacement to `r ** exponent`, of arbitrary amplitude.
 
-    Made by `bonded_corner`: with any other exponent the faces are not free. `stress` raises `ModelError` for distances that are not
-    positive and values that are not real and finite.
+    Made by `bonded_corner`: with any other exponent the faces are not free. `stress` raises `ModelError` for distances that are not positive.
 
     Attributes
     ----------
@@ -36,8 +35,7 @@ class CornerMode:
     Examples
     --------
     >>> from frictopt.reference import bonded_corner
-    >>> symmetric, _ = bonded_corner()
-    >>> round(symmetric.traction_ratio, 4)  # the corner sticks if the coefficient of friction is above
+    >>> round(bonded_corner()[0].traction_ratio, 4)  # the corner sticks if the coefficient of friction is above
     0.5431
     """
 
@@ -77,13 +75,8 @@ def bonded_corner() -> tuple[CornerMode, CornerMode]:
     """The two singular modes of the bonded corner of a square punch, symmetric (stronger) and antisymmetric.
 
     Punch (quarter-plane) and block (half-plane) are of the same material, so the bonded pair is one wedge of angle `2 alpha = 3 pi / 2` with free
-    faces. Those are free where `F = F' = 0` at `theta = +-alpha`, which for the symmetric and antisymmetric functions is
-    `sin(2 alpha l) +- l sin(2 alpha) = 0`, here `sin(3 pi l / 2) = +-l`; each has one root in (0, 1).
-
-    Returns
-    -------
-    tuple[CornerMode, CornerMode]
-        Modes with exponents near 0.544 and 0.909, dimensionless, independent of the elastic constants.
+    faces, `F = F' = 0` at `theta = +-alpha`. For the symmetric and antisymmetric functions that is `sin(2 alpha l) +- l sin(2 alpha) = 0`, here
+    `sin(3 pi l / 2) = +-l`; each has one root in (0, 1), near 0.544 and 0.909, independent of the elastic constants.
 
     References
     ----------
@@ -106,7 +99,8 @@ def sliding_corner_exponent(f: float, *, slip: Literal["outward", "inward"] = "o
     """Exponent l of the leading mode at a sliding corner: displacement of order `r^l`, pressure and friction of order `r^(l-1)`.
 
     Punch (quarter-plane) and block (half-plane) stay in contact, `q = kappa p` on the interface. q is the force of the block on the punch,
-    positive into the contact, p the pressure; `kappa = +f` for outward slip of the punch (past the corner), `-f` for inward slip.
+    positive into the contact, p the pressure; `kappa = +f` for outward slip of the punch (past the corner), `-f` for inward slip. l is the only root
+    in (0, 1), dimensionless, independent of the elastic constants; it falls with f for outward slip and rises for inward slip.
 
     Parameters
     ----------
@@ -114,11 +108,6 @@ def sliding_corner_exponent(f: float, *, slip: Literal["outward", "inward"] = "o
         Coefficient of friction, dimensionless, not negative; below `3 pi/4 - 1/pi` (outward), below `1/pi` (inward).
     slip
         Sense of slip of the punch relative to the block: "outward", away from the contact, or "inward".
-
-    Returns
-    -------
-    float
-        The only root in (0, 1), dimensionless, independent of the elastic constants; it falls with f for outward slip and rises for inward slip.
 
     Raises
     ------
@@ -145,8 +134,7 @@ def sliding_corner_exponent(f: float, *, slip: Literal["outward", "inward"] = "o
     ----------
     J. Dundurs and M. S. Lee (1972), Stress concentration at a sharp edge in contact problems, Journal of Elasticity 2, 109-112, for f = 0.
     M. Comninou (1976), Stress singularity at a sharp edge in contact problems with friction, Zeitschrift für angewandte Mathematik und Physik 27,
-    493-499. C. M. Churchman and D. A. Hills (2006), General results for complete contacts subject to oscillatory shear, Journal of the Mechanics and
-    Physics of Solids 54, 1186-1205.
+    493-499. Churchman and Hills (2006), see `bonded_corner`.
 
     Examples
     --------

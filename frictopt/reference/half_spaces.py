@@ -13,15 +13,15 @@ from .hertz import poisson_ratio
 def half_plane_influence(nodes: int, E_star: float) -> Array:
     """Relative surface displacement of each of N equal cells per force on each cell, the same for shear and for pressure.
 
-    A force F per depth on the surface of both half-planes, opposite on the two, moves them apart at the distance y by
-    `-2 F / (pi E_star) log|y|`, up to a rigid motion of the half-planes, which the forces do not determine. Force is spread evenly over a cell and
-    displacement is the mean over a cell, so that with `L'' = log`::
+    A force F per depth on the surface of both half-planes, opposite on the two, moves them apart at the distance y by `-2 F / (pi E_star) log|y|`
+    (line load, Johnson 1985, see `half_plane_contact`), up to a rigid motion of the half-planes. Force is spread evenly over a cell and displacement
+    is the mean over a cell::
 
         G_ij = -2 / (pi E_star) (L(y + h) - 2 L(y) + L(y - h)) / h^2,    y = x_i - x_j,    L(y) = y^2 log|y| / 2 - 3 y^2 / 4
 
-    which is symmetric, and is an energy: `r G r / 2` is the work of the tractions. Forces that add up to zero, `1^T r = 0`, and differences of
-    displacements do not depend on that motion. All else depends on the zero of the displacement: with all lengths in units of the interface's, the
-    logarithm vanishes at its far end. That makes G positive definite, and independent of the length.
+    G is an energy: `r G r / 2` is the work of the tractions. Forces that add up to zero, and differences of displacements, do not depend on the rigid
+    motion. All else depends on the zero of the displacement: with all lengths in units of the interface's, the logarithm vanishes at its far end.
+    That makes G positive definite, and independent of the length.
 
     Parameters
     ----------
@@ -34,15 +34,6 @@ def half_plane_influence(nodes: int, E_star: float) -> Array:
     -------
     Array
         (N, N), symmetric positive definite, length per force per depth.
-
-    Raises
-    ------
-    ModelError
-        Fewer than two cells, a modulus that is not real and finite or not positive.
-
-    References
-    ----------
-    K. L. Johnson (1985), Contact Mechanics, Cambridge University Press: the line load on a half-plane.
 
     Examples
     --------
@@ -67,36 +58,28 @@ def half_plane_contact(nodes: int, half_length: float, E_star: float, *, R: floa
     nowhere else. Both deform like half-planes; under P alone, their pressure is that of a rigid flat punch. Shear and pressure are uncoupled
     (`B = 0`, exact for materials whose shear does not change the pressure, two equal ones above all) and have one stiffness, `A = C`.
 
-    The bodies are free to translate against each other (and do not rotate). Forces r and displacements u, of one direction, then obey
-    `u = G r + c` with the influence matrix G and an unknown translation c, and the forces add up to the load F. Solved for the forces::
+    The bodies are free to translate against each other (and do not rotate). With the influence matrix G, see `half_plane_influence`, and an unknown
+    translation c, `u = G r + c`, and the forces of one direction add up to the load F. Solved for the forces::
 
         r = A u + F e      A = G^-1 - k e e^T      e = G^-1 1 / k      k = 1^T G^-1 1
 
-    so that a translation meets no force (`A 1 = 0`), A is positive semi-definite, and the bonded reactions `F e` carry the whole load: they
-    are the forces of a uniform displacement. The arbitrary zero of the displacement in G changes neither A nor e.
+    so that a translation meets no force (`A 1 = 0`), A is positive semi-definite, and the bonded reactions `F e` carry the whole load: the forces of
+    a uniform displacement.
 
     Parameters
     ----------
-    nodes
-        Number of equal cells N, at least 2; the nodes are their middles.
+    nodes, E_star
+        See `half_plane_influence`; the nodes are the middles of the cells.
     half_length
         Half the length of the interface, length, positive; with R, more than the half-width of the contact to come.
-    E_star
-        Contact modulus of the pair, see `contact_modulus`, stress, positive.
     R
         Radius of the cylinder, length, positive; None for the flat punch.
 
     Returns
     -------
     dict[str, Any]
-        Arguments A, B, C, x, bonded and gap of `ContactSystem.from_blocks`.
-        Load cases: "P", the normal force, and "Q", the tangential one, each the resultant of the
-        reactions of the half-plane on the punch, force per depth.
-
-    Raises
-    ------
-    ModelError
-        Fewer than two cells, values that are not real and finite or not positive.
+        Arguments A, B, C, x, bonded and gap of `ContactSystem.from_blocks`. Load cases: "P", the normal force, and "Q", the tangential one, each the
+        resultant of the reactions of the half-plane on the punch, force per depth.
 
     References
     ----------
@@ -105,8 +88,7 @@ def half_plane_contact(nodes: int, half_length: float, E_star: float, *, R: floa
     Examples
     --------
     >>> from frictopt.reference import half_plane_contact
-    >>> arrays = half_plane_contact(nodes=4, half_length=1.0, E_star=1.0)
-    >>> arrays["bonded"]["P"][1].round(4).tolist()  # pressed like a rigid punch: more at the edges
+    >>> half_plane_contact(nodes=4, half_length=1.0, E_star=1.0)["bonded"]["P"][1].round(4).tolist()  # pressed like a rigid punch: more at the edges
     [0.3458, 0.1542, 0.1542, 0.3458]
     """
     G, half = half_plane_influence(nodes, E_star), finite_number("half_length", half_length, above=0.0)
@@ -131,23 +113,15 @@ def half_space_contact(cells: int, half_length: float, R: float, E: float, nu: f
     ----------
     cells
         Number of cells along the diameter of the circle, from 3 to 80.
-    half_length
-        Radius of the circle, length; it should exceed that of the contact.
-    R
-        Radius of the sphere, length.
+    half_length, R
+        Radius of the circle, which should exceed that of the contact, and of the sphere, length.
     E, nu
         Young's modulus, force per area, and Poisson's ratio of both bodies.
-
-    Raises
-    ------
-    ModelError
-        Values that are not real and finite, or out of range.
 
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem(**fo.reference.half_space_contact(cells=5, half_length=1.0, R=5.0, E=1.0, nu=0.3))
-    >>> system
+    >>> fo.ContactSystem(**fo.reference.half_space_contact(cells=5, half_length=1.0, R=5.0, E=1.0, nu=0.3))
     ContactSystem(nodes=21, tangents=2, loads=['approach', 'x', 'y'], gap=True)
     """
     whole_number("cells", cells, least=3, most=80)

@@ -18,28 +18,12 @@ def poisson_ratio(name: str, value: float) -> float:
 
 
 def contact_modulus(E1: float, nu1: float, E2: float, nu2: float) -> float:
-    """Contact modulus of two bodies in plane strain, `1 / E_star = (1 - nu1^2) / E1 + (1 - nu2^2) / E2`.
+    """Contact modulus of two bodies in plane strain, stress, `1 / E_star = (1 - nu1^2) / E1 + (1 - nu2^2) / E2` (Johnson 1985, see `SphereContact`).
 
     Parameters
     ----------
-    E1, E2
-        Young's moduli, stress, positive.
-    nu1, nu2
-        Poisson's ratios, dimensionless, above -1 and at most 0.5.
-
-    Returns
-    -------
-    float
-        Stress.
-
-    Raises
-    ------
-    ModelError
-        Values that are not real and finite, or out of range.
-
-    References
-    ----------
-    K. L. Johnson (1985), Contact Mechanics, Cambridge University Press.
+    E1, E2, nu1, nu2
+        Young's moduli, stress, positive; Poisson's ratios, dimensionless, above -1 and at most 0.5.
 
     Examples
     --------
@@ -89,24 +73,16 @@ class LineContact(_Round):
         Normal force, compression positive, force per depth, positive.
     R
         Radius of the cylinder (of two cylinders: `1 / R = 1 / R1 + 1 / R2`), length, positive and large against the contact.
-    E_star
-        Contact modulus, see `contact_modulus`, stress, positive.
-    f
-        Coefficient of friction, dimensionless, positive.
-
-    Raises
-    ------
-    ModelError
-        Values that are not real and finite or not positive; by the methods, a shear force out of range or a point that is not real and finite.
+    E_star, f
+        Contact modulus, see `contact_modulus`, stress, positive; coefficient of friction, dimensionless, positive.
 
     References
     ----------
-    C. Cattaneo (1938), Sul contatto di due corpi elastici: distribuzione locale degli sforzi, Rendiconti dell'Accademia Nazionale dei Lincei 27.
-    R. D. Mindlin (1949), Compliance of elastic bodies in contact, Journal of Applied Mechanics 16, 259-268. R. D. Mindlin and H. Deresiewicz
-    (1953), Elastic spheres in contact under varying oblique forces, Journal of Applied Mechanics 20, 327-344: cycles and their work, for
-    spheres. K. L. Johnson (1985), Contact Mechanics, Cambridge University Press: the cylinder. M. Ciavarella (1998), The generalized Cattaneo partial
-    slip plane contact problem, International Journal of Solids and Structures 35, 2349-2362; V. L. Popov (2014), Analytic solution for the limiting
-    shape of profiles due to fretting wear, Scientific Reports 4, 3749: worn contacts.
+    C. Cattaneo (1938), Sul contatto di due corpi elastici: distribuzione locale degli sforzi, Rendiconti dell'Accademia Nazionale dei Lincei 27. R.
+    D. Mindlin (1949), Compliance of elastic bodies in contact, Journal of Applied Mechanics 16, 259-268. Mindlin and Deresiewicz (1953), see
+    `SphereContact`: cycles and their work. K. L. Johnson (1985), Contact Mechanics, Cambridge University Press: the cylinder. M. Ciavarella (1998),
+    The generalized Cattaneo partial slip plane contact problem, International Journal of Solids and Structures 35, 2349-2362; Popov (2014), see
+    `SphereContact`: worn contacts.
 
     Examples
     --------
@@ -132,10 +108,7 @@ class LineContact(_Round):
         return 2 * self.P / (pi * self.half_width)
 
     def stick_half_width(self, Q: float) -> float:
-        """Half-width `c = a sqrt(1 - |Q| / (f P))` of the part that has not slipped when the shear force first reaches Q, length.
-
-        In a cycle, put half the change of shear force since the last reversal for Q.
-        """
+        """Half-width `c = a sqrt(1 - |Q| / (f P))` of what has not slipped, length; in a cycle Q is half the change since the last reversal."""
         return self.half_width * sqrt(1 - self._share("Q", Q))
 
     def pressure(self, x: ArrayLike) -> Array:
@@ -143,16 +116,13 @@ class LineContact(_Round):
         return self.peak_pressure * _ellipse(finite_array("x", x), self.half_width)
 
     def shear(self, x: ArrayLike, Q: float) -> Array:
-        """Shear traction q at x, length, any shape, when the shear force first reaches Q, stress.
-
-        It is f times the pressure, less the traction of a smaller contact of half-width c that keeps the middle from slipping.
-        """
+        """Shear traction q at x, length, any shape, when the shear force first reaches Q, stress: f p, less that of a contact of half-width c."""
         a, c, x = self.half_width, self.stick_half_width(Q), finite_array("x", x)
         peak = float(np.sign(Q)) * self.f * self.peak_pressure
         return peak * (_ellipse(x, a) - c / a * _ellipse(x, c))
 
     def slip(self, x: ArrayLike, Q: float) -> Array:
-        """Slip v at x, length, any shape, when the shear force first reaches Q: against Q, zero for `|x| <= c`, nan outside the contact, length.
+        """Slip v at x, length, any shape, when Q is first reached: against Q, zero for `|x| <= c`, nan outside the contact, length.
 
         It grows from the edge of the stick region with the slope `2 f p_0 sqrt(x^2 - c^2) / (E_star a)`, where p_0 is the peak pressure.
         """
@@ -193,21 +163,10 @@ class SphereContact(_Round):
 
     Parameters
     ----------
-    P
-        Normal force, positive.
-    R
-        Radius of the sphere, length, positive.
-    E
-        Young's modulus of both bodies, force per area, positive.
-    nu
-        Poisson's ratio of both bodies, above -1 and at most 0.5.
-    f
-        Coefficient of friction, positive.
-
-    Raises
-    ------
-    ModelError
-        Values that are not real and finite, or out of range.
+    P, R, f
+        Normal force, radius of the sphere, length, and coefficient of friction, positive.
+    E, nu
+        Young's modulus of both bodies, force per area, positive, and Poisson's ratio, above -1 and at most 0.5.
 
     References
     ----------
@@ -241,15 +200,7 @@ class SphereContact(_Round):
 
             W = 9 f^2 P^2 / (10 a) * 2 (2 - nu) / G * {1 - (1 - x)^(5/3) - (5 x / 6) [1 + (1 - x)^(2/3)]}
 
-        Parameters
-        ----------
-        Q
-            Amplitude of the shear force, below f P.
-
-        Raises
-        ------
-        ModelError
-            Q not below f P, where the sphere slides.
+        Q is the amplitude of the shear force, below f P: from there on the sphere slides.
         """
         shear_modulus = self.E / (2 * (1 + self.nu))
         unit = 2 * (2 - self.nu) / shear_modulus * (self.f * self.P) ** 2 / self.half_width
@@ -263,10 +214,6 @@ class SphereContact(_Round):
 
             h = c^2/R + d - r^2/(2R) - ((2 c^2 - r^2) arcsin(c/r) + r c sqrt(1 - c^2/r^2)) / (pi R) - (2 d / pi) arcsin(c/r)
 
-        Raises
-        ------
-        ModelError
-            Q not below f P, or r that is not real and finite.
         """
         a, R, place = self.half_width, self.R, np.abs(finite_array("r", r))
         c = a * (1 - self._share("Q", Q)) ** (1 / 3)

@@ -24,11 +24,6 @@ def order_preserving(system: ContactSystem) -> Array:
     Array
         (N,) coefficients of friction, of which the least one serves for all nodes; inf where nothing limits it, below 0 where none keeps the order.
 
-    Raises
-    ------
-    ModelError
-        No contact system, or one in space.
-
     Examples
     --------
     >>> import frictopt as fo

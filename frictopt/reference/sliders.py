@@ -31,11 +31,6 @@ def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
     float
         Work per cycle, `sum 4 bound max(0, X - bound / k)`, force per depth times length.
 
-    Raises
-    ------
-    ModelError
-        Values that are not real and finite, lengths that do not match, stiffness not positive, negative bound or amplitude.
-
     References
     ----------
     G. Masing (1926), Eigenspannungen und Verfestigung beim Messing, Proceedings of the 2nd International Congress of Applied Mechanics, Zürich.
@@ -64,10 +59,8 @@ def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
 
     Parameters
     ----------
-    F0
-        Amplitude of the end force, force (per depth), not negative.
-    EA
-        Axial stiffness of the rod, force (per depth), positive.
+    F0, EA
+        Amplitude of the end force, not negative, and axial stiffness of the rod, positive, force (per depth).
     tau
         Friction bound per length, f times the pressure, positive.
     h
@@ -77,11 +70,6 @@ def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
     -------
     float
         Work per cycle, force (per depth) times length.
-
-    Raises
-    ------
-    ModelError
-        Values that are not real and finite, negative force or distance, stiffness or friction not positive.
 
     References
     ----------
@@ -113,22 +101,14 @@ def foundation_rod(nodes: int, EA: float, h: float) -> dict[str, Any]:
     ----------
     nodes
         Number of nodes N; more than `F0 / (tau h)`, or the whole rod slides.
-    EA
-        Axial stiffness of the rod, force per depth, positive.
-    h
-        Distance of the nodes, length, positive.
+    EA, h
+        Axial stiffness of the rod, force per depth, and distance of the nodes, length, positive.
 
     Returns
     -------
     dict[str, Any]
-        Arguments A, B, C, x, bonded and gap of `ContactSystem.from_blocks`.
-        Load cases: "pressure", force per length and depth between rod and foundation, with the friction
-        `tau = f * pressure`; "force", along +x on the first node, with the bonded reaction -1.
-
-    Raises
-    ------
-    ModelError
-        Fewer than one node, values that are not real and finite or not positive.
+        Arguments A, B, C, x, bonded and gap of `ContactSystem.from_blocks`. Load cases: "pressure", force per length and depth between rod and
+        foundation, with the friction `tau = f * pressure`; "force", along +x on the first node, with the bonded reaction -1.
 
     Examples
     --------

@@ -32,24 +32,16 @@ def uncoupled_limit(q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, 
 
     Parameters
     ----------
-    q0, p0
-        Bonded reactions of the mean load, tangential (along +x) and normal (compression positive), (N,) or one number, force per depth.
-    q1, p1
-        Bonded reactions of the corner `s = +1` at load factor one, (N,) or one number, force per depth.
-    f
-        Coefficient of friction, (N,) or one number, dimensionless, positive.
-    d
-        Diagonal of D, (N,) or one number, dimensionless, `f |d| < 1`.
+    q0, p0, q1, p1
+        Bonded reactions of the mean load and of the corner `s = +1` at load factor one, tangential (along +x) and normal (compression positive), (N,)
+        or one number, force per depth.
+    f, d
+        Coefficient of friction, positive, and diagonal of D, (N,) or one number, dimensionless, `f |d| < 1`.
 
     Returns
     -------
     float
         Dimensionless; inf if the load does not touch the nodes, nan if no slip is safe even without the cyclic load.
-
-    Raises
-    ------
-    ModelError
-        Values that are not real and finite, lengths that do not match, friction not positive, or friction of `1 / |d|` or more.
 
     References
     ----------
@@ -82,17 +74,15 @@ def single_node_limit(A: float, B: float, q0: float, p0: float, q1: float, p1: f
 
         lambda = f (A p0 - B q0) / max(|A q1 - f^2 B p1|, f |A p1 - B q1|)
 
-    The first entry of the maximum rules for `|q1| > f |p1|`: above the limit the node slips to and fro. Otherwise the second does: one corner
+    The first entry of the maximum governs for `|q1| > f |p1|`: above the limit the node slips to and fro. Otherwise the second does: one corner
     unloads the node until it lifts off.
 
     Parameters
     ----------
     A, B
         Tangential force and normal force per slip (v along +x), force per depth and length, `A > 0`.
-    q0, p0
-        Bonded reactions of the mean load, tangential (along +x) and normal (compression positive), force per depth.
-    q1, p1
-        Bonded reactions of the corner `s = +1` at load factor one, force per depth.
+    q0, p0, q1, p1
+        Bonded reactions as in `uncoupled_limit`, force per depth.
     f
         Coefficient of friction, dimensionless, `0 < f < A / |B|`: from `A / |B|` on the node wedges and the bounds no longer meet.
 
@@ -101,15 +91,9 @@ def single_node_limit(A: float, B: float, q0: float, p0: float, q1: float, p1: f
     float
         Dimensionless; inf if the load does not touch the node, nan if no slip is safe even without the cyclic load.
 
-    Raises
-    ------
-    ModelError
-        A value that is not real and finite, stiffness or friction not positive, friction at or above the critical one.
-
     References
     ----------
-    A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems with Coulomb friction, International Journal of
-    Solids and Structures 44, 8355-8365: the conditions; the expression is where the two bounds meet.
+    Klarbring, Ciavarella and Barber (2007), see `uncoupled_limit`: the conditions; the expression is where the two bounds meet.
 
     Examples
     --------
@@ -141,14 +125,8 @@ def single_node_dissipation(A: float, B: float, q0: float, p0: float, q1: float,
 
     Parameters
     ----------
-    A, B
-        Tangential force and normal force per slip (v along +x), force per depth and length, `A > 0`.
-    q0, p0
-        Bonded reactions of the mean load, tangential (along +x) and normal (compression positive), force per depth.
-    q1, p1
-        Bonded reactions of the corner `s = +1` at load factor one, force per depth.
-    f
-        Coefficient of friction, dimensionless, `0 < f < A / |B|`.
+    A, B, q0, p0, q1, p1, f
+        See `single_node_limit`.
     load_factor
         Factor `lam` of the cyclic load, dimensionless, at least 0 and at most `D / |e|`, from where on the node lifts off at one of the corners.
         For `|q1| <= f |p1|` that is the limit itself: such a node never dissipates in full contact.
@@ -158,16 +136,9 @@ def single_node_dissipation(A: float, B: float, q0: float, p0: float, q1: float,
     float
         Work per cycle, force per depth times length, at least 0.
 
-    Raises
-    ------
-    ModelError
-        A value that is not real and finite, stiffness or friction not positive, friction at or above the critical one, a negative load factor, a
-        node that the mean load or the load factor lifts off.
-
     References
     ----------
-    A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems with Coulomb friction, International Journal of
-    Solids and Structures 44, 8355-8365: the two bounds; the work follows from them by the integration above.
+    Klarbring, Ciavarella and Barber (2007), see `uncoupled_limit`: the two bounds; the work follows from them by the integration above.
 
     Examples
     --------
@@ -204,17 +175,9 @@ _INSIDE = 1e-12  # a point this far outside a circle, over the size of the point
 
 
 def smallest_circle(points: ArrayLike) -> tuple[Array, float]:
-    """Centre and radius of the smallest circle around some points of the plane: through two of them, or through three.
+    """Centre and radius of the smallest circle around points (K, 2) of the plane, K > 0, in any one unit: through two of them, or through three.
 
-    Parameters
-    ----------
-    points
-        (K, 2) points, in any one unit; a handful of them, because all pairs and triples are tried.
-
-    Raises
-    ------
-    ModelError
-        No points, or points that are not real and finite.
+    All pairs and triples are tried, so give a handful.
 
     Examples
     --------
@@ -252,10 +215,8 @@ def smallest_circle_limit(p0: ArrayLike, q1: ArrayLike, f: ArrayLike) -> float:
 
     Parameters
     ----------
-    p0
-        Normal forces of the mean load, compression positive, (N,) or one number, force.
-    q1
-        (K, N, 2) shear forces of the corners at load factor one, force.
+    p0, q1
+        Normal forces of the mean load, compression positive, (N,) or one number; (K, N, 2) shear forces of the corners at load factor one; force.
     f
         Coefficient of friction, (N,) or one number, positive.
 
@@ -264,15 +225,9 @@ def smallest_circle_limit(p0: ArrayLike, q1: ArrayLike, f: ArrayLike) -> float:
     float
         Dimensionless; inf if the load does not shear the nodes, nan if a node pulls under the mean load.
 
-    Raises
-    ------
-    ModelError
-        Values that are not real and finite, lengths that do not match, friction not positive.
-
     References
     ----------
-    A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems with Coulomb friction, International Journal of
-    Solids and Structures 44, 8355-8365: uncoupled contacts shake down below it from every start.
+    Klarbring, Ciavarella and Barber (2007), see `uncoupled_limit`: uncoupled contacts shake down below it from every start.
 
     Examples
     --------

@@ -85,10 +85,7 @@ class Scene(Plotted):
 
 
 def along(half_length: float, elements: int, grading: float) -> Array:
-    """(elements + 1,) coordinates from -half_length to half_length, exactly mirror-symmetric, for an even number of elements.
-
-    The element in the middle is `grading` times larger than the one at the end, sizes in geometric progression.
-    """
+    """(elements + 1,) coordinates, mirror-symmetric, of even elements in geometric progression: in the middle `grading` times the end."""
     sizes = grading ** -np.linspace(0.0, 1.0, elements // 2)
     right = half_length * np.cumsum(sizes) / sizes.sum()
     right[-1] = half_length
