@@ -1,5 +1,7 @@
 """Coulomb's law: friction coefficients, the residual of a state (Flicek et al. 2015, section 2), and states from which a transient may go on."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -1,5 +1,7 @@
 """Load cycles: a static load, the corners of a cyclic load, and a cyclic part that no load factor multiplies."""
 
+from __future__ import annotations
+
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

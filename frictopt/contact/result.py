@@ -1,5 +1,7 @@
 """Results: what kinds there are, how they travel (pickled and copied with read-only arrays) and are displayed, and how they were found."""
 
+from __future__ import annotations
+
 import copy
 import html
 from collections.abc import Mapping

@@ -1,7 +1,8 @@
 """The discrete contact problem: the interface's stiffness, its bonded reactions and its gap."""
 
-# One file because it is the one type that all rooms share: its data, their shapes, and its copies.
+from __future__ import annotations
 
+# One file because it is the one type that all rooms share: its data, their shapes, and its copies.
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
 from pathlib import Path

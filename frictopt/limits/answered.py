@@ -1,5 +1,7 @@
 """What the answers of limit questions have in common: the state under a residual slip at a load factor, and the mechanism that proves them."""
 
+from __future__ import annotations
+
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -71,7 +73,7 @@ class Mechanism:
         moves, (r0, r1) = self.moves.reshape(len(self.moves), -1), task.bonded
         return float(np.sum((moves if task.fixed else moves.sum(axis=0)) * r0)) + held, -float(np.sum(moves * r1))
 
-    def scaled(self, factor: float) -> "Mechanism":
+    def scaled(self, factor: float) -> Mechanism:
         """The same mechanism with all motions multiplied by a factor >= 0."""
         return replace(self, moves=self.moves * factor, hold=None if self.hold is None else self.hold * factor)
 

@@ -1,5 +1,7 @@
 """The best design: preloads and a profile of the faces with the largest shakedown limit, or the cheapest ones for a given load."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import partial

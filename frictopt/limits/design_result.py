@@ -1,5 +1,7 @@
 """What a design adds to a state of rest, why there is none that is best; and a best design with its proof: safe slips, and prices of constraints."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

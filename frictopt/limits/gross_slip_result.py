@@ -1,5 +1,7 @@
 """The sliding-off load with the motion that proves it, told contact by contact."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import Any
 

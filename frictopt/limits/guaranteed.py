@@ -1,5 +1,7 @@
 """The guaranteed limit lambda_1: the load factor below which the contact stops slipping from every start."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import replace
 from time import perf_counter

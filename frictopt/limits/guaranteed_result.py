@@ -1,5 +1,7 @@
 """A guaranteed limit with its witness, and why it is what it is."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
@@ -109,7 +111,7 @@ class GuaranteedLimit(Rated):
         share = (load_factor - self.load_factor) / (self._above[0] - self.load_factor)
         return load_factor, frozen((1 - share) * self.slip + share * self._above[1])
 
-    def after_overload(self, load_factor: float | None = None) -> "GuaranteedLimit":
+    def after_overload(self, load_factor: float | None = None) -> GuaranteedLimit:
         """The limit for slips no larger than the largest one that one overload leaves, which is its slip bound.
 
         The overload is one cycle of a contact that has not slipped before. Ask it where a witness needs more slip than assembly and overloads leave.

@@ -4,6 +4,8 @@ At corner k of any cycle the state obeys the rows of the limit at that corner, w
 the multipliers. In space slips no further than D from each other lie in a circle of radius D / sqrt(3) (Jung 1901).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 from typing import Any
 

@@ -1,5 +1,7 @@
 """The least friction with which a load factor is safe."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter

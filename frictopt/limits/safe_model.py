@@ -1,5 +1,7 @@
 """What the models of safe slips have in common: the unknowns to extend them by, and the programs that they compile."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from functools import partial, wraps
 from inspect import Signature, signature
@@ -26,7 +28,7 @@ def in_turn(question: F) -> F:
     """A question of a model that threads ask one after the other, for its program has parameters and variables."""
 
     @wraps(question)
-    def asked(self: "SafeModel", *args: Any, **kwargs: Any) -> Any:
+    def asked(self: SafeModel, *args: Any, **kwargs: Any) -> Any:
         with self._turn:
             return question(self, *args, **kwargs)
 

@@ -1,5 +1,7 @@
 """The amplitudes of two loads that vary independently at which some residual slip is safe, between two polygons."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise

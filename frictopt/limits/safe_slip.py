@@ -1,5 +1,7 @@
 """Existence of a safe residual slip at a given load factor."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 
 import cvxpy as cp

@@ -1,5 +1,7 @@
 """A safe residual slip with its margin, or the proof that there is none."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -1,5 +1,7 @@
 """Slips that the contact can hold at a load factor, the furthest in given directions (`models.furthest`); free slides of the body take no part."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from typing import Any
 

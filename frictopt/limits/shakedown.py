@@ -1,5 +1,7 @@
 """The shakedown limit: the largest load factor at which some residual slip keeps every node closed and stuck at every corner of the load cycle."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial

@@ -1,5 +1,7 @@
 """A shakedown limit with its proof from both sides: safe from below by the contact law, and from above by the mechanism."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property

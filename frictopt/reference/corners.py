@@ -4,6 +4,8 @@ Polar coordinates sit at the left corner of the contact, `theta` anticlockwise f
 `theta = -3 pi/4`, the interface `theta = pi/4` (running along +x into the contact), the free side of the punch `theta = 3 pi/4`.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, pi, sin, tan

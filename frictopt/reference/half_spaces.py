@@ -1,5 +1,7 @@
 """Half-planes and half-spaces of similar material in contact as discrete contacts, by the exact influence of their surface tractions."""
 
+from __future__ import annotations
+
 from math import pi
 from typing import Any
 

@@ -1,5 +1,7 @@
 """A cylinder or a sphere that is pressed on a flat body and sheared to and fro: contacts of Hertz, Cattaneo, Mindlin and Deresiewicz."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from math import pi, sqrt
 

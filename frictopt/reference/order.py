@@ -1,5 +1,7 @@
 """When the slips of a closed contact keep their order: a condition on stiffness and friction."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from ..contact import CONDENSATION, Array, ContactSystem, checked_plane, frozen

@@ -1,5 +1,7 @@
 """Springs and rods that slide under constant pressure: friction in parallel (Masing, Iwan) and in series (a rod on a foundation)."""
 
+from __future__ import annotations
+
 from math import floor
 from typing import Any
 

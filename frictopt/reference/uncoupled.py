@@ -1,5 +1,7 @@
 """Contacts in which one node does not feel another, and the contact of one node: limits, in the plane and in space, and dissipation."""
 
+from __future__ import annotations
+
 from itertools import combinations
 
 import numpy as np
