@@ -152,8 +152,8 @@ class LoadCycle(Plotted):
     def vertices(cls, mean: Mapping[str, float], *loads: Mapping[str, Sequence[float]] | Sequence[Mapping[str, float]]) -> Self:
         """The vertices of a domain in which several loads vary independently of each other, around a mean load.
 
-        A slip that is safe at all vertices is safe for every load in the domain, because these loads are a convex set: the shakedown limit of the
-        vertices is that of all load histories in the domain (Bjorkman & Klarbring 1987).
+        A slip that is safe at all vertices is safe for every load in the domain, as the safe loads of a slip are a convex set: the shakedown limit of
+        the vertices is that of all load histories in the domain (Bjorkman & Klarbring 1987).
 
         Of transients the vertices say less. One that comes to rest, with all nodes closed, stays at rest whatever history in the domain follows. One
         that slips for ever shows that some histories never come to rest; others, and other starts, may dissipate more than this order of the

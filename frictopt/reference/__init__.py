@@ -2,8 +2,8 @@
 
 Limits and dissipation of a load that swings between two corners: bonded reactions `r0 + lam * s * r1` with `s = -1, +1`, tangential parts
 `q0, q1` along +x, normal parts `p0, p1` positive in compression. A limit is finite, inf (no load factor is too large) or nan (nothing is safe, not
-even `lam = 0`). A dissipation is the work of friction in one cycle of the steady state. Values that are not real and finite, or out of the range that
-is given, raise `ModelError`.
+even `lam = 0`). A dissipation is the work of friction in one cycle of the steady state. Values that are not real and finite, out of the range that is
+given, or of lengths that do not match raise `ModelError`.
 """
 
 from ..contact import referee
