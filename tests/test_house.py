@@ -169,3 +169,12 @@ def test_the_way_of_a_question_is_the_one_that_is_told(title):
     assert {name for name in told if name not in entered} == ({"limits/lift_off.py"} if title == "limit" else {"transients/stepped.py"})
     order = [name for name in entered if name in told]
     assert order == [name for name in dict.fromkeys(told) if name in entered]
+
+
+def test_help_shows_short_types():
+    """Not what they are made of, as the unions of numpy."""
+    things = [(name, getattr(frictopt, name)) for name in frictopt.__all__]
+    things += [(f"{name}.{part}", getattr(room, part)) for name, room in things if inspect.ismodule(room) for part in room.__all__]
+    things += [(f"{name}.{part}", value) for name, thing in things if inspect.isclass(thing) for part, value in vars(thing).items() if part[0] != "_"]
+    asked = [(name, thing) for name, thing in things if inspect.isfunction(thing) or (inspect.isclass(thing) and "__init__" in vars(thing))]
+    assert len(asked) > 150 and not [name for name, thing in asked if "numpy." in str(inspect.signature(thing))]

@@ -1,5 +1,7 @@
 """Studies: the steady states of many transients as one table, for one friction or many; what a study asks may stand in a file."""
 
+from __future__ import annotations
+
 import os
 import tomllib
 from collections import Counter
@@ -107,13 +109,11 @@ def dissipation_study(
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
     >>> starts = fo.starts.no_slip() + fo.starts.overloads([1.5])
-    >>> table = fo.dissipation_study(rod, cycle, friction=0.5, load_factors=[0.4, 1.0], starts=starts, progress=False)
+    >>> table = fo.dissipation_study(rod, cycle, friction=0.5, load_factors=[1.0], starts=starts, progress=False)
     >>> table[["load_factor", "start", "outcome", "dissipation"]].round(6)
        load_factor            start      outcome  dissipation
-    0          0.4             none    SHAKEDOWN          0.0
-    1          0.4  overload to 1.5    SHAKEDOWN          0.0
-    2          1.0             none  CYCLIC_SLIP          1.0
-    3          1.0  overload to 1.5  CYCLIC_SLIP          1.0
+    0          1.0             none  CYCLIC_SLIP          1.0
+    1          1.0  overload to 1.5  CYCLIC_SLIP          1.0
     """
     fields = friction_fields(friction, checked_system(system).nodes, rng)
     checked_cycle(cycle)

@@ -1,5 +1,7 @@
 """What a transient starts from: residual slips and earlier states, overloads, and the load steps of a protocol."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
@@ -79,10 +81,8 @@ class Start(Portable):
 
         Raises
         ------
-        ModelError
-            Bad input.
-        SolverError
-            The safe slip, or the shakedown limit, is not found.
+        ModelError, SolverError
+            Bad input; the safe slip, or the shakedown limit, is not found.
         """
         if self.safe_multiple is None:
             return self.slip if self.state is None else self.state.slip
