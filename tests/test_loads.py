@@ -1,6 +1,6 @@
 """Loads, plane stress and axisymmetry against closed forms."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -274,13 +274,3 @@ def test_a_traction_on_very_thin_elements_has_its_whole_force(grading):
         assert force.shape[0] == 2 and np.isfinite(force).all()
         if load in model.loads["P"]:
             assert np.allclose(force.sum(axis=1), [2 * load.x, 2 * load.y], rtol=1e-12)
-
-
-@pytest.mark.parametrize("load", [fo.Traction, fo.Pressure, fo.BoltPreload, fo.Interference], ids=lambda load: load.__name__)
-def test_every_load_refuses_a_name_that_is_none_and_an_amount_that_is_none(load):
-    names = [field.name for field in fields(load) if field.type == "str"]
-    given = {name: "top" for name in names} | {field.name: 1.0 for field in fields(load) if field.name in {"x", "y", "amount", "force", "overlap"}}
-    load(**given)
-    for name, value in given.items():
-        with pytest.raises(fo.ModelError, match=name):
-            load(**given | {name: 7 if value == "top" else "much"})
