@@ -37,6 +37,11 @@ def half_plane_influence(nodes: int, E_star: float) -> Array:
     Array
         (N, N), symmetric positive definite, length per force per depth.
 
+    Raises
+    ------
+    ModelError
+        Values out of these ranges.
+
     Examples
     --------
     >>> from frictopt.reference import half_plane_influence
@@ -87,6 +92,11 @@ def half_plane_contact(nodes: int, half_length: float, E_star: float, *, R: floa
     ----------
     K. L. Johnson (1985), Contact Mechanics, Cambridge University Press: the line load, the cylinder and the flat punch.
 
+    Raises
+    ------
+    ModelError
+        Values out of these ranges.
+
     Examples
     --------
     >>> from frictopt.reference import half_plane_contact
@@ -119,6 +129,11 @@ def half_space_contact(cells: int, half_length: float, R: float, E: float, nu: f
         Radius of the circle, which should exceed that of the contact, and of the sphere, length.
     E, nu
         Young's modulus, force per area, and Poisson's ratio of both bodies.
+
+    Raises
+    ------
+    ModelError
+        Values out of these ranges.
 
     Examples
     --------

@@ -27,6 +27,11 @@ def contact_modulus(E1: float, nu1: float, E2: float, nu2: float) -> float:
     E1, E2, nu1, nu2
         Young's moduli, stress, positive; Poisson's ratios, dimensionless, above -1 and at most 0.5.
 
+    Raises
+    ------
+    ModelError
+        Values out of these ranges.
+
     Examples
     --------
     >>> from frictopt.reference import contact_modulus
@@ -85,6 +90,11 @@ class LineContact(_Round):
     `SphereContact`: cycles and their work. K. L. Johnson (1985), Contact Mechanics, Cambridge University Press: the cylinder. M. Ciavarella (1998),
     The generalized Cattaneo partial slip plane contact problem, International Journal of Solids and Structures 35, 2349-2362; Popov (2014), see
     `SphereContact`: worn contacts.
+
+    Raises
+    ------
+    ModelError
+        Values out of these ranges.
 
     Examples
     --------
@@ -175,6 +185,11 @@ class SphereContact(_Round):
     R. D. Mindlin and H. Deresiewicz (1953), Elastic spheres in contact under varying oblique forces, Journal of Applied Mechanics 20, 327-344.
     K. L. Johnson (1985), Contact Mechanics, Cambridge University Press, sections 4.2 and 7.4. V. L. Popov (2014), Analytic solution for the limiting
     shape of profiles due to fretting wear, Scientific Reports 4, 3749: the worn sphere.
+
+    Raises
+    ------
+    ModelError
+        Values out of these ranges.
 
     Examples
     --------

@@ -26,6 +26,11 @@ def order_preserving(system: ContactSystem) -> Array:
     Array
         (N,) coefficients of friction, of which the least one serves for all nodes; inf where nothing limits it, below 0 where none keeps the order.
 
+    Raises
+    ------
+    ModelError
+        Values out of these ranges.
+
     Examples
     --------
     >>> import frictopt as fo

@@ -38,6 +38,11 @@ def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
     G. Masing (1926), Eigenspannungen und Verfestigung beim Messing, Proceedings of the 2nd International Congress of Applied Mechanics, Zürich.
     W. D. Iwan (1966), A distributed-element model for hysteresis and its steady-state dynamic response, Journal of Applied Mechanics 33, 893-900.
 
+    Raises
+    ------
+    ModelError
+        Values out of these ranges.
+
     Examples
     --------
     >>> from frictopt.reference import masing_dissipation
@@ -78,6 +83,11 @@ def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
     C.-H. Menq, J. Bielak and J. H. Griffin (1986), The influence of microslip on vibratory response, Journal of Sound and Vibration 107, 279-293:
     the continuous rod, on a foundation that yields before it slips; the discrete one is a sum.
 
+    Raises
+    ------
+    ModelError
+        Values out of these ranges.
+
     Examples
     --------
     >>> from frictopt.reference import rod_dissipation
@@ -111,6 +121,11 @@ def foundation_rod(nodes: int, EA: float, h: float) -> dict[str, Any]:
     dict[str, Any]
         Arguments A, B, C, x, bonded and gap of `ContactSystem.from_blocks`. Load cases: "pressure", force per length and depth between rod and
         foundation, with the friction `tau = f * pressure`; "force", along +x on the first node, with the bonded reaction -1.
+
+    Raises
+    ------
+    ModelError
+        Values out of these ranges.
 
     Examples
     --------

@@ -50,6 +50,11 @@ def uncoupled_limit(q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, 
     A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems with Coulomb friction, International Journal of
     Solids and Structures 44, 8355-8365: which contacts shake down from every start.
 
+    Raises
+    ------
+    ModelError
+        Values out of these ranges.
+
     Examples
     --------
     >>> from frictopt.reference import uncoupled_limit
@@ -97,6 +102,11 @@ def single_node_limit(A: float, B: float, q0: float, p0: float, q1: float, p1: f
     ----------
     Klarbring, Ciavarella and Barber (2007), see `uncoupled_limit`: the conditions; the expression is where the two bounds meet.
 
+    Raises
+    ------
+    ModelError
+        Values out of these ranges.
+
     Examples
     --------
     >>> from frictopt.reference import single_node_limit
@@ -141,6 +151,11 @@ def single_node_dissipation(A: float, B: float, q0: float, p0: float, q1: float,
     References
     ----------
     Klarbring, Ciavarella and Barber (2007), see `uncoupled_limit`: the two bounds; the work follows from them by the integration above.
+
+    Raises
+    ------
+    ModelError
+        Values out of these ranges.
 
     Examples
     --------
@@ -230,6 +245,11 @@ def smallest_circle_limit(p0: ArrayLike, q1: ArrayLike, f: ArrayLike) -> float:
     References
     ----------
     Klarbring, Ciavarella and Barber (2007), see `uncoupled_limit`: uncoupled contacts shake down below it from every start.
+
+    Raises
+    ------
+    ModelError
+        Values out of these ranges.
 
     Examples
     --------
