@@ -85,8 +85,8 @@ class LineContact(_Round):
 
     References
     ----------
-    C. Cattaneo (1938), Sul contatto di due corpi elastici: distribuzione locale degli sforzi, Rendiconti dell'Accademia Nazionale dei Lincei 27. R.
-    D. Mindlin (1949), Compliance of elastic bodies in contact, Journal of Applied Mechanics 16, 259-268. Mindlin and Deresiewicz (1953), see
+    C. Cattaneo (1938), Sul contatto di due corpi elastici: distribuzione locale degli sforzi, Rendiconti dell'Accademia Nazionale dei Lincei 27.
+    R. D. Mindlin (1949), Compliance of elastic bodies in contact, Journal of Applied Mechanics 16, 259-268. Mindlin and Deresiewicz (1953), see
     `SphereContact`: cycles and their work. K. L. Johnson (1985), Contact Mechanics, Cambridge University Press: the cylinder. M. Ciavarella (1998),
     The generalized Cattaneo partial slip plane contact problem, International Journal of Solids and Structures 35, 2349-2362; Popov (2014), see
     `SphereContact`: worn contacts.
