@@ -178,3 +178,11 @@ def test_a_safe_slip_says_what_it_does_and_too_much_load_what_the_mean_load_does
     none = "no residual slip within the slip bound is safe at this load factor with all nodes closed; "
     assert too_much.reason.startswith(f"{none}shakedown_limit says which have one; ")
     assert "without residual slip the mean load presses all nodes" in too_much.reason
+
+
+def test_the_referee_counts_a_slide_that_nothing_resists_but_the_bound():
+    contact, bound = freed(random_system(np.random.default_rng(4), 3)), 10.0
+    limit, task = fo.shakedown_limit(contact, CYCLE, 0.5, slip_bound=bound), pose(contact, CYCLE, 0.5, slip_bound=bound)
+    assert task.violation(limit.load_factor, limit.slip) < 1e-9
+    assert task.violation(limit.load_factor, limit.slip + 4 * bound) > 0.5
+    assert pose(contact, CYCLE, 0.5).violation(limit.load_factor, limit.slip + 4 * bound) < 1e-9
