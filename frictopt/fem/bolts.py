@@ -1,7 +1,5 @@
 """Bolts that are tightened: a cut through a shank, whose faces a given force pulls together."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace

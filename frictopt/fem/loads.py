@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, get_type_hints
 
 import numpy as np
 from skfem import Basis
@@ -17,19 +17,16 @@ from .elasticity import Amount, Kinematics, basis_of, boundary_forces, element_m
 
 
 class Part:
-    """Base of loads: their texts are names, their amounts finite numbers or functions, and of x, y and z at least one is given.
-
-    Which is which their annotations say, as texts: files of loads import annotations from the future.
-    """
+    """Base of loads: their texts are names, their amounts finite numbers or functions, and of x, y and z at least one is given."""
 
     def __post_init__(self) -> None:
         if all(getattr(self, axis, 0.0) is None for axis in "xyz"):
             raise ModelError(f"{type(self).__name__}: neither x nor y nor z; give one of them")
-        for field in fields(self):  # type: ignore[arg-type]
-            name, value = field.name, getattr(self, field.name)
-            if field.type == "str":
+        for name, kind in get_type_hints(type(self)).items():
+            value = getattr(self, name)
+            if kind is str:
                 check_text(name, value, "a name of the model or its mesh")
-            elif field.type == "float" or (field.type in ("Amount", "Amount | None") and value is not None and not callable(value)):
+            elif kind is float or (kind in (Amount, Amount | None) and value is not None and not callable(value)):
                 object.__setattr__(self, name, finite_number(name, value))
             elif isinstance(value, type):
                 raise ModelError(f"{name}: {shown(value)}; give a number or a function of x and y, and z in space")
