@@ -1,5 +1,6 @@
 """The search of open nodes: its state rests; where another set of few nodes is better, the search missed it."""
 
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -27,7 +28,10 @@ def patterns(known: Known) -> tuple[float, bool]:
         raise Wrong("its state does not rest")
     corners = len(case.cycle.corners)
     for opened in product((False, True), repeat=case.system.nodes) if corners > 1 else ():  # a static load has no search
-        up_to, beyond = (largest_with_open(*known.args, np.tile(opened, (corners, 1)), most * limit.load_factor) for most in (1, 2))
-        if up_to and beyond and up_to[0] > limit.load_factor * (1 - _ALIKE) and beyond[0] > limit.load_factor * (1 + _ALIKE):
+        reaches = partial(largest_with_open, *known.args, np.tile(opened, (corners, 1)))
+        beyond = reaches(2 * limit.load_factor)
+        if beyond is None or beyond[0] <= limit.load_factor * (1 + _ALIKE):
+            continue
+        if (up_to := reaches(limit.load_factor)) and up_to[0] > limit.load_factor * (1 - _ALIKE):  # safe at the limit, too
             raise Missed(f"{beyond[0]!r} with {opened} open is above the limit {limit.load_factor!r}")
     return limit.residual, True
