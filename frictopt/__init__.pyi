@@ -26,6 +26,7 @@ from .histories.dissipation import dissipation_study
 from .histories.dissipation_range import dissipation_range
 from .histories.excursion import least_excursion
 from .histories.protocols import limit_after_protocol
+from .histories.report import report
 from .histories.wear import wear
 from .histories.worn_in import worn_in
 from .limits import (
@@ -100,6 +101,7 @@ __all__ = [
     "read_mesh",
     "read_nastran",
     "reference",
+    "report",
     "required_friction",
     "results",
     "safe_region",

@@ -1,4 +1,4 @@
-"""The command line: `frictopt look`, `condense`, `limit`, `study` and `merge`, from files to limits, tables and pictures.
+"""The command line: `frictopt look`, `condense`, `report`, `limit`, `study` and `merge`, from files to limits, tables and pictures.
 
 Exit codes: 0 done, 2 bad input, 3 no answer that passes the checks, 4 a file that cannot be read or written, 130 interrupted (Ctrl-C, SIGTERM),
 141 nobody read its output to the end (`| head`).
@@ -17,7 +17,7 @@ from .contact.files import WRITERS, output, to_its_end
 from .errors import FrictoptError, ModelError, StoreError
 
 if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
-    from .contact import ContactSystem, Table
+    from .contact import ContactSystem, LoadCycle, Table
     from .fem.matrices.job import MatrixJob
 
 _KINDS = {"shakedown": "shakedown_limit", "guaranteed": "guaranteed_limit", "onset": "onset"}
@@ -33,7 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 given = getattr(asked, name, None)
                 if given and not any(Path(given + ending).exists() for ending in ("", ".inp", ".sti")):  # a job may go without ending
                     raise FileNotFoundError(f"there is no file {given!r}; give its path")
-            for name, endings in (("table", WRITERS), ("picture", ()), ("system", (".npz",))):
+            for name, endings in (("table", WRITERS), ("picture", ()), ("system", (".npz",)), ("page", (".html",))):
                 if getattr(asked, name, None):
                     setattr(asked, name, output(getattr(asked, name), *endings))
             with warnings.catch_warnings():
@@ -70,20 +70,28 @@ def _parser() -> argparse.ArgumentParser:
     condense.add_argument("system", help="SYSTEM.npz to be written")
     condense.add_argument("--contact", nargs=2, required=True, metavar="SET", help="node sets of the faces of body 1 and body 2")
     condense.add_argument("--load", nargs="+", required=True, metavar="CASE=SET:KIND=X[,Y]", help="KIND: traction, pressure, total or nodal")
+    report = command(
+        _report,
+        "what there is to know of a joint under its loads, as text and as one page with pictures",
+        "report flange.npz --mean preload=1 --corners shear=1 shear=-1 --friction .15 --page flange.html",
+    )
     limit = command(
         _limit,
         "a limit of a contact system: its load factor, its reason, its table and picture",
         "limit punch.npz --mean P=1 --corners sigma=-1 sigma=1 --friction .4 --picture limit.png",
     )
-    limit.add_argument("file", help="SYSTEM.npz")
+    for one in (report, limit):
+        one.add_argument("file", help="SYSTEM.npz")
+        one.add_argument("--mean", type=_loads, metavar="CASE=X[,CASE=X]", help="static load (default: none; of a history the middle of each load)")
+        cycle = one.add_mutually_exclusive_group(required=True)
+        cycle.add_argument("--corners", nargs="+", type=_loads, metavar="CASE=X[,CASE=X]", help="corners of the load cycle, in their order")
+        cycle.add_argument("--history", metavar="FILE", help="measured history instead: csv, xlsx or parquet, a column for each load case")
+        one.add_argument("--tolerance", type=float, metavar="X", help="noise of the history, as a share of the range of each load case (default: 0)")
+        one.add_argument("--time", metavar="COLUMN", help="time of the history, which is no load (default: the column of that name)")
+        one.add_argument("--friction", type=float, required=True, help="coefficient of friction")
     limit.add_argument("--kind", choices=_KINDS, default="shakedown", help="which limit (default: %(default)s)")
-    limit.add_argument("--mean", type=_loads, metavar="CASE=X[,CASE=X]", help="static load (default: none; of a history the middle of each load)")
-    cycle = limit.add_mutually_exclusive_group(required=True)
-    cycle.add_argument("--corners", nargs="+", type=_loads, metavar="CASE=X[,CASE=X]", help="corners of the load cycle, in their order")
-    cycle.add_argument("--history", metavar="FILE", help="measured history instead: csv, xlsx or parquet, a column for each load case")
-    limit.add_argument("--tolerance", type=float, metavar="X", help="noise of the history, as a share of the range of each load case (default: 0)")
-    limit.add_argument("--time", metavar="COLUMN", help="time of the history, which is no load (default: the column of that name)")
-    limit.add_argument("--friction", type=float, required=True, help="coefficient of friction")
+    report.add_argument("--load-factors", nargs="+", type=float, metavar="X", help="load factors of its curve (default: 1/4, 1/2, 1, 2)")
+    report.add_argument("--page", metavar="FILE", help="write the report with its pictures: html")
     study = command(_study, "the study of a file: many transients, as one table", "study study.toml --shard 3/50")
     study.add_argument("file", help="STUDY.toml")
     study.add_argument("--shard", type=_shard, metavar="K/N", help="follow the K-th of N parts, with a store of its own, without table and picture")
@@ -140,19 +148,34 @@ def _condense(asked: argparse.Namespace) -> None:
     print(system)
 
 
-def _limit(asked: argparse.Namespace) -> None:
-    from . import contact, limits, transients
+def _cycle(asked: argparse.Namespace) -> "LoadCycle":
+    """The load cycle of corners, or of a history."""
+    from .contact import LoadCycle
     from .histories.dissipation import read_table
 
-    system, question = contact.ContactSystem.load(asked.file), _KINDS[asked.kind]
     if asked.history:
-        cycle = contact.LoadCycle.from_history(read_table(asked.history), mean=asked.mean, time=asked.time, tolerance=asked.tolerance or 0.0)
-    elif asked.tolerance is not None:
+        return LoadCycle.from_history(read_table(asked.history), mean=asked.mean, time=asked.time, tolerance=asked.tolerance or 0.0)
+    if asked.tolerance is not None:
         raise ModelError(f"--tolerance: {asked.tolerance:g}; corners have no noise: leave it out, or give a --history")
-    elif asked.time is not None:
+    if asked.time is not None:
         raise ModelError(f"--time: {asked.time!r}; corners have no time: leave it out, or give a --history")
-    else:
-        cycle = contact.LoadCycle(asked.mean or {}, asked.corners)
+    return LoadCycle(asked.mean or {}, asked.corners)
+
+
+def _report(asked: argparse.Namespace) -> None:
+    from .contact import ContactSystem
+    from .histories.report import report
+
+    found = report(ContactSystem.load(asked.file), _cycle(asked), asked.friction, asked.load_factors)
+    print(found)
+    if asked.page:
+        found.save(asked.page)
+
+
+def _limit(asked: argparse.Namespace) -> None:
+    from . import contact, limits, transients
+
+    system, question, cycle = contact.ContactSystem.load(asked.file), _KINDS[asked.kind], _cycle(asked)
     found = getattr(transients if asked.kind == "onset" else limits, question)(system, cycle, asked.friction)
     table = found.to_frame()
     try:

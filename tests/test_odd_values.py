@@ -172,6 +172,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "safe_region": (fo.safe_region, {"system": TWO_LOADS, "mean": {"mean": 1.0}, "loads": ["cyclic", "other"], "friction": FRICTION}),
     "safe_slip": (fo.safe_slip, {**ASKED, "load_factor": 0.1}),
     "gross_slip": (fo.gross_slip, ASKED),
+    "report": (fo.report, {**ASKED, "load_factors": [0.5]}),
     "shakedown_limit": (fo.shakedown_limit, ASKED),
     "steady_state": (fo.steady_state, {**ASKED, "load_factor": 0.5, "most_cycles": 50}),
     "GuaranteedLimit.verify": (fo.guaranteed_limit(**ASKED).verify, {"starts": 2, "moved": 1}),

@@ -60,6 +60,7 @@ ASKED = {
     "dissipation_study": lambda s, lam, steps: fo.dissipation_study(s, CYCLE, F, [0.5 * lam], fo.starts.random_slips(s, [0.01], 1), progress=False),
     "dissipation_range": lambda s, lam, steps: fo.dissipation_range(s, CYCLE, F, 0.5 * lam, **steps),
     "damping_curve": lambda s, lam, steps: fo.damping_curve(s, CYCLE, F, [0.5 * lam], range=False, **steps),
+    "report": lambda s, lam, steps: fo.report(s, CYCLE, F, [0.5 * lam], **steps),
     "limit_after_protocol": lambda s, lam, steps: fo.limit_after_protocol(s, CYCLE, F, scan=1, tolerance=0.5, **steps),
     "least_excursion": lambda s, lam, steps: fo.least_excursion(s, CYCLE, F, 0.5 * lam, excursion={"mean": 0.5}, **steps),
     "wear": lambda s, lam, steps: fo.wear(s, CYCLE, F, 1.2 * lam, coefficient=1e-3, cycles=1, progress=False, **steps),

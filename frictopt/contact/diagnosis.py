@@ -24,6 +24,15 @@ def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: 
     return ", ".join(texts)
 
 
+def counted(system: ContactSystem, which: Booleans) -> str:
+    """How many nodes, of each contact that has some: "24 of 96 nodes (left 22 of 48, right 2 of 48)"."""
+    total = f"{int(which.sum())} of {system.nodes} nodes"
+    if system.contact is None or not which.any():
+        return total
+    each = [(name, np.asarray(system.contact) == name) for name in dict.fromkeys(system.contact)]
+    return f"{total} ({', '.join(f'{name} {int(which[on].sum())} of {int(on.sum())}' for name, on in each if which[on].any())})"
+
+
 def growth_diagnosis(friction: Array, corners: tuple[Array, Array], slipped: tuple[Array, Array], rounding: float) -> str:
     """Why the load may grow without end, from `slipped`, the reactions of the slip that then grows with it.
 

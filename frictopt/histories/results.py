@@ -8,6 +8,7 @@ from .dissipation_range import DissipationRange
 from .excursion import LeastExcursion
 from .guarantee import GuaranteeCheck
 from .protocols import LimitAfterProtocol
+from .report_result import Report
 from .runs import DamagedRows, merge_stores, read_store
 from .wear import WearHistory
 from .worn_in import WornIn
@@ -27,6 +28,7 @@ __all__ = [
     "LoadLoop",
     "Onset",
     "OnsetEvent",
+    "Report",
     "RequiredFriction",
     "SafeRegion",
     "SafeSlip",

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import nullcontext
+from io import BytesIO
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,6 +45,16 @@ def draw(result: object, ax: "Axes | AxesArray | None" = None, kind: str = "", *
         drawn = others.get(kind, picture)(result, ax, **options)
     name_units(np.ravel(np.asarray(drawn, dtype=object))[0], _units(result))
     return drawn
+
+
+def png(result: object) -> bytes:
+    """The picture of a result as a PNG file; its figure is closed."""
+    from matplotlib import pyplot
+
+    figure, file = np.ravel(np.asarray(draw(result), dtype=object))[0].figure, BytesIO()
+    figure.savefig(file, format="png", dpi=120)
+    pyplot.close(figure)
+    return file.getvalue()
 
 
 def _units(result: object) -> str | None:

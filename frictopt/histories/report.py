@@ -1,0 +1,121 @@
+"""What there is to know of a joint under its loads, in one call: every number with what it means and whether it settles with the mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..contact import ContactSystem, LoadCycle, bar_of, checked_cycle, checked_system, finite_numbers, flag, friction_coefficients
+from ..contact.checks import warns_of_odd_values
+from ..errors import NoContinuation, SolverError
+from ..limits import gross_slip, guaranteed_limit, required_friction, shakedown_limit
+from ..transients import steady_state
+from ..transients.march import mean_state
+from .backbone import backbone_curve
+from .report_result import Report
+
+LOAD_FACTORS = (0.25, 0.5, 1.0, 2.0)
+"""Load factors of the curve, unless others are asked for; scaled down where the contact slides off before the last one."""
+
+_BELOW = 0.95  # share of the gross-slip load up to which the curve goes: nearer to it many cycles pass before the slip is steady
+_STEPS = 2  # increments from corner to corner in space
+_PARTS = {  # as they are called -> attribute of the report
+    "mean load": "mean_state",
+    "sliding-off load": "gross_slip",
+    "transient": "steady",
+    "curve": "curve",
+    "shakedown limit": "limit",
+    "guaranteed limit": "guaranteed",
+    "required friction": "required",
+}
+_SEARCHED = "nodes are open in space: not asked, for its search takes minutes; its own function makes it"
+
+
+@warns_of_odd_values
+def report(
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: ArrayLike,
+    load_factors: ArrayLike | None = None,
+    *,
+    steps: int | None = None,
+    progress: bool = True,
+) -> Report:
+    """All that frictopt has to say of a joint under its loads, the user's load being that of load factor 1.
+
+    In this order: what kind of contact it is, by the nodes that the mean load leaves open; the load at which it slides as a whole (`gross_slip`); what
+    happens from assembly, no slip, at load factor 1 (`steady_state`); the curve of what grows with the load (`backbone_curve`); the limits
+    (`onset` aside, which belongs to the glued contact); the friction that would keep it stuck; and advice. What has no answer, such as a steady state
+    above gross slip, stands there with the reason. Where nodes are open in space, the shakedown limit is that with the nodes open that the mean load
+    opens, and the required friction is left out: both need a search of minutes that `shakedown_limit` and `required_friction` make.
+
+    Parameters
+    ----------
+    system, cycle, friction
+        The contact, its load cycle, and its coefficient of friction, one or one per node.
+    load_factors
+        (K,) load factors of the curve, > 0 and rising; None: 1/4, 1/2, 1 and 2, scaled down where 2 is above 95 % of the gross-slip load.
+    steps, progress
+        Number of increments from corner to corner (None: the exact path in the plane, 2 in space, whose `step_error` says what they leave), and
+        whether to show a bar after two seconds. Ctrl-C stays a KeyboardInterrupt with an attribute `report`, which holds what is known by then.
+
+    Raises
+    ------
+    ModelError
+        Bad input.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> punch = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6).condense()
+    >>> joint = fo.report(punch, fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}]), friction=0.5, load_factors=[0.5, 1.5])
+    >>> print(joint.advice[0])
+    At your load the contact stops slipping from assembly, without residual slip.
+    """
+    f = np.array(friction_coefficients(friction, checked_system(system).nodes))
+    checked_cycle(cycle).corner_reactions(system)  # says which load case is unknown
+    shown, in_space = flag("progress", progress), system.tangents == 2
+    steps = _STEPS if steps is None and in_space else steps
+    factors = None if load_factors is None else np.array(finite_numbers("load_factors", load_factors, least=0.0))
+    found, missing = dict[str, Any](), dict[str, str]()
+
+    def ask(part: str, question: Callable[[], Any]) -> Any:
+        """The answer, kept; None where there is no such state, or no proof of one."""
+        bar.set_description_str(f"report, {part}")
+        try:
+            found[_PARTS[part]] = answer = question()
+        except (NoContinuation, SolverError) as error:
+            missing[part], answer = str(error), None
+        bar.update()
+        return answer
+
+    with bar_of(shown, "report", "part", total=len(_PARTS)) as bar:
+        try:
+            mean = ask("mean load", lambda: mean_state(system, cycle, f))
+            slides = ask("sliding-off load", lambda: gross_slip(system, cycle, f))
+            most = np.inf if slides is None else slides.load_factor
+            if most < 1:
+                missing["transient"] = slides.reason
+            else:
+                ask("transient", lambda: steady_state(system, cycle, f, 1.0, steps=steps, progress=shown))
+            if factors is None:
+                factors = min(1.0, _BELOW * most / LOAD_FACTORS[-1]) * np.array(LOAD_FACTORS)
+            ask("curve", lambda: backbone_curve(system, cycle, f, factors, steps=steps, progress=shown))
+            opened = in_space and mean is not None and bool(mean.open.any())
+            ask("shakedown limit", lambda: shakedown_limit(system, cycle, f, open=mean.open if opened else None))
+            if opened:
+                missing |= dict.fromkeys(("guaranteed limit", "required friction"), _SEARCHED)
+            else:
+                ask("guaranteed limit", lambda: guaranteed_limit(system, cycle, f))
+                ask("required friction", lambda: required_friction(system, cycle, 1.0))
+        except KeyboardInterrupt as interrupt:
+            left = [part for part, name in _PARTS.items() if name not in found and part not in missing]
+            interrupt.report = Report(system, cycle, f, missing | dict.fromkeys(left, "interrupted"), **found)  # type: ignore[attr-defined]
+            interrupt.add_note(f"the attribute `report` of this exception has what is known by then, without {', '.join(left)}")
+            raise
+    limits = {name: found[of].load_factor for name, of in (("shakedown_limit", "limit"), ("guaranteed_limit", "guaranteed")) if of in found}
+    return Report(system, cycle, f, missing, **found | {"curve": replace(found["curve"], **limits)} if "curve" in found else found)

@@ -1,0 +1,103 @@
+"""The report on a joint: its numbers against closed forms and the calls that it stands for, what it leaves out, and the file that it writes."""
+
+import re
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt import __main__ as command
+from frictopt.histories import report as module
+from spatial import cycle as spatial_cycle
+from spatial import random_contact
+from systems import CYCLE, random_system
+
+BLOCK = fo.ContactSystem.from_blocks(
+    [[3.0]], [[0.0]], [[1.0]], [0.0], {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])}, compliance=[[0, 0], [0, 1]], units="N, mm"
+)
+TO_AND_FRO = fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}])
+
+
+def value(report, number):
+    return report.numbers.set_index("number").loc[number, "value"]
+
+
+def test_a_block_on_a_spring():
+    """Jenkins' element: shear of load factor on a spring of 3 that slides at f N = .5."""
+    report = fo.report(BLOCK, TO_AND_FRO, 0.5, [0.4, 1.0])
+    assert value(report, "sliding-off load") == np.inf and "supports hold the bodies" in report.gross_slip.reason
+    assert value(report, "shakedown limit") == pytest.approx(0.5) == value(report, "guaranteed limit")
+    assert value(report, "required friction") == pytest.approx(1.0, rel=1e-5)
+    assert value(report, "work per cycle") == pytest.approx(4 * 0.5 * (1.0 - 0.5) / 3)
+    assert value(report, "largest slip range") == pytest.approx(2 * (1.0 - 0.5) / 3) and value(report, "share of the face that slips") == 1.0
+    assert report.curve.work == pytest.approx([0.0, 1 / 3]) and not report.missing
+    assert "All nodes are closed under the mean load, and in each cycle" in report.kind
+    assert any("Friction of 1 " in sentence for sentence in report.advice)
+    assert "work per cycle: 0.33333 N mm per depth (settles with the mesh: yes)" in str(report)
+    assert repr(report).startswith("Report(nodes=1, ") and max(map(len, str(report).splitlines())) <= 79
+
+
+def test_a_free_block_slides_off_and_the_curve_ends_before():
+    free = fo.ContactSystem.from_blocks([[0.0]], [[0.0]], [[0.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([-1.0], [0.0])})
+    report = fo.report(free, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), 0.5)
+    assert value(report, "sliding-off load") == pytest.approx(0.5) and report.steady is None and report.contacts.empty
+    assert "no state of rest exists" in report.missing["transient"] and "nothing rests" in report.advice[0]
+    assert report.missing["transient"] in " ".join(str(report).split())
+    assert report.curve.load_factor[-1] == pytest.approx(0.95 * 0.5) and not report.curve.work.any()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_its_numbers_are_those_of_the_calls(seed):
+    contact = random_system(np.random.default_rng(seed), 4)
+    report, asked = fo.report(contact, CYCLE, 0.4), (contact, CYCLE, 0.4)
+    assert value(report, "shakedown limit") == fo.shakedown_limit(*asked).load_factor
+    assert value(report, "work per cycle") == fo.steady_state(*asked, 1.0).dissipation == pytest.approx(report.contacts["work"].sum())
+    assert value(report, "required friction") == fo.required_friction(contact, CYCLE, 1.0).required
+
+
+def test_where_nodes_are_open_in_space_no_search_is_made_and_limits_belong_to_the_mesh():
+    rng = np.random.default_rng(3)
+    contact = random_contact(rng, 5).with_gap(np.r_[10.0, 0, 0, 0, 0])
+    report = fo.report(contact, spatial_cycle(), 0.4, [0.5])
+    assert report.mean_state.open.tolist() == [True, *[False] * 4] and report.required is None and report.guaranteed is None
+    assert value(report, "shakedown limit") == fo.shakedown_limit(contact, spatial_cycle(), 0.4, open=report.mean_state.open).load_factor
+    assert "leaves 1 of 5 nodes open" in report.kind and "belong to the mesh" in report.kind and "1 of 5 nodes open" in report.limit.reason
+    assert report.numbers.set_index("number").loc["shakedown limit", "settles"] == "no"
+    assert {"guaranteed limit", "required friction"} == set(report.missing) and "Quote" in report.advice[-1]
+
+
+def test_an_interrupt_keeps_what_is_known(monkeypatch):
+    def stop(*_args, **_options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(module, "shakedown_limit", stop)
+    with pytest.raises(KeyboardInterrupt) as interrupt:
+        fo.report(BLOCK, TO_AND_FRO, 0.5, [0.4])
+    assert interrupt.value.report.steady.dissipation == pytest.approx(1 / 3) and interrupt.value.report.limit is None
+    assert interrupt.value.report.missing["shakedown limit"] == "interrupted" and "`report`" in interrupt.value.__notes__[0]
+    assert "interrupted" in str(interrupt.value.report)
+
+
+def test_one_file_has_text_tables_and_pictures(tmp_path):
+    file = tmp_path / "joint.html"
+    fo.report(BLOCK, TO_AND_FRO, 0.5, [0.4, 1.0]).save(file)
+    page = file.read_text(encoding="utf-8")
+    assert page.count("<img") == 3 and page.count("data:image/png;base64,iVBOR") == 3 and page.count("<table") == 3
+    assert not re.search(r"(src|href)=\"(?!data:)", page) and "shakedown limit" in page and "<h2>Advice</h2>" in page
+    assert not plt.get_fignums()
+    with pytest.raises(fo.ModelError, match=r"ends in \.html"):
+        fo.report(BLOCK, TO_AND_FRO, 0.5, [0.4]).save(tmp_path / "joint.pdf")
+
+
+def test_the_command(tmp_path, capsys):
+    BLOCK.save(tmp_path / "block.npz")
+    loads = ["--mean", "N=1", "--corners", "F=1", "F=-1", "--friction", ".5", "--load-factors", ".4", "1"]
+    assert command.main(["report", str(tmp_path / "block.npz"), *loads, "--page", str(tmp_path / "block.html")]) == 0
+    assert "shakedown limit: 0.5" in capsys.readouterr().out and (tmp_path / "block.html").stat().st_size > 1e4
+
+
+@pytest.mark.parametrize("factors", [[0.0, 1.0], [1.0, 0.5], [], [np.nan]])
+def test_load_factors_that_do_not_rise_are_refused(factors):
+    with pytest.raises(fo.ModelError, match="load_factors"):
+        fo.report(BLOCK, TO_AND_FRO, 0.5, factors)
