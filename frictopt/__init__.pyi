@@ -21,7 +21,7 @@ from .fem.matrices.meshes import read_mesh
 from .fem.model import ContactModel
 from .fem.paraview import write_paraview
 from .histories import results, starts
-from .histories.damping import damping_curve
+from .histories.backbone import backbone_curve
 from .histories.dissipation import dissipation_study
 from .histories.dissipation_range import dissipation_range
 from .histories.excursion import least_excursion
@@ -82,8 +82,8 @@ __all__ = [
     "StoreError",
     "Support",
     "Traction",
+    "backbone_curve",
     "condense",
-    "damping_curve",
     "dissipation_range",
     "dissipation_study",
     "gross_slip",

@@ -87,7 +87,7 @@ def _curve(name: str, joint: tuple[fo.ContactSystem, fo.LoadCycle], f: float, ra
     (case,) = cycle.corners[0]
     compliance = float(np.diag(np.asarray(system.compliance))[list(system.bonded).index(case)])
     glued = 1 / (2 * np.pi * np.sqrt(compliance))  # with a modal mass of 1, which the frequencies over it do not depend on
-    curve = fo.damping_curve(system, cycle, f, limit * np.array(ratios), natural_frequency=glued)
+    curve = fo.backbone_curve(system, cycle, f, limit * np.array(ratios), natural_frequency=glued, range=True)
     rows = curve.to_frame().filter(described(_COLUMNS)).assign(joint=name, friction=f, load_ratio=ratios, residual=curve.residual)
     rows["guaranteed_ratio"] = curve.guaranteed_limit / limit
     rows[_FREQUENCIES] /= curve.natural_frequency

@@ -248,11 +248,11 @@ def test_from_the_deck_to_the_backbone(tmp_path, thickness):
     assert np.allclose(joint.S, system.S) and joint.compliance[1, 1] == pytest.approx((2 * np.pi * frequencies[0]) ** -2, rel=1e-6)
     cycle = fo.LoadCycle({"P": 1.0}, [{"mode": 1.0}, {"mode": -1.0}])
     limit = fo.shakedown_limit(joint, cycle, 0.5).load_factor
-    curve = fo.damping_curve(joint, cycle, 0.5, [0.5 * limit, 1.04 * limit], natural_frequency=frequencies[0])
+    curve = fo.backbone_curve(joint, cycle, 0.5, [0.5 * limit, 1.04 * limit], natural_frequency=frequencies[0], range=True)
     assert curve.frequency[1] < curve.frequency[0] <= curve.natural_frequency == pytest.approx(frequencies[0], rel=1e-6)
     assert curve.damping[1] > 0 and curve.least_damping[0] == 0
     with pytest.raises(fo.ModelError, match=r"natural_frequency: .* and the compliance of the load says"):
-        fo.damping_curve(joint, cycle, 0.5, [limit], natural_frequency=frequencies[1])
+        fo.backbone_curve(joint, cycle, 0.5, [limit], natural_frequency=frequencies[1])
 
 
 def test_a_rigid_tool_has_its_mass(tmp_path):

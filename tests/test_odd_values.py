@@ -176,7 +176,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "shakedown_limit": (fo.shakedown_limit, ASKED),
     "steady_state": (fo.steady_state, {**ASKED, "load_factor": 0.5, "most_cycles": 50}),
     "GuaranteedLimit.verify": (fo.guaranteed_limit(**ASKED).verify, {"starts": 2, "moved": 1}),
-    "damping_curve": (fo.damping_curve, {**ASKED, "load_factors": [0.5], "natural_frequency": 1.0, "range": False}),
+    "backbone_curve": (fo.backbone_curve, {**ASKED, "load_factors": [0.5], "natural_frequency": 1.0}),
     "modal_load": (fo.modal_load, {"M": np.eye(2), "mode": [1.0, 0.5], "natural_frequency": 1.0, "glued": [[0, 1]]}),
     "wear": (fo.wear, {**ASKED, "system": WORN, "load_factor": 0.9, "coefficient": 0.01, "cycles": 5}),
     "worn_in": (fo.worn_in, {**ASKED, "system": UNCOUPLED_CONTACT, "load_factor": 0.1}),

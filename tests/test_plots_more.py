@@ -83,11 +83,11 @@ def test_a_loop_is_drawn_with_its_area_and_where_nodes_begin_to_slip():
     assert len(turned) >= 2 and turned.all() and f"{loop.area:.4g}" in line.get_label()
 
 
-def test_a_damping_curve_is_drawn_over_the_load_with_its_band_and_the_limits():
+def test_a_backbone_curve_is_drawn_over_the_load_with_its_band_and_the_limits():
     limit = fo.shakedown_limit(PUNCH, PULL, F).load_factor
-    case = list(PUNCH.bonded).index(*PULL.corners[0])
-    curve = fo.damping_curve(PUNCH, PULL, F, limit * np.array([0.5, 0.9, 1.2]), natural_frequency=PUNCH.compliance[case, case] ** -0.5 / (2 * np.pi))
-    above, below = curve.plot()
+    case, factors = list(PUNCH.bonded).index(*PULL.corners[0]), limit * np.array([0.5, 0.9, 1.2])
+    curve = fo.backbone_curve(PUNCH, PULL, F, factors, natural_frequency=PUNCH.compliance[case, case] ** -0.5 / (2 * np.pi), range=True)
+    work, share, above, below = curve.plot()
     for ax, name in ((above, "frequency"), (below, "damping")):
         line, *limits = ax.get_lines()[:3]
         assert ax.get_xscale() == "log" and np.array_equal(line.get_xydata(), np.column_stack([curve.load_factor, getattr(curve, name)]))
@@ -95,12 +95,24 @@ def test_a_damping_curve_is_drawn_over_the_load_with_its_band_and_the_limits():
         (band,) = ax.collections
         reach = band.get_datalim(ax.transData)
         assert (reach.ymin, reach.ymax) == pytest.approx((getattr(curve, f"least_{name}").min(), getattr(curve, f"most_{name}").max()))
+    assert np.array_equal(work.get_lines()[0].get_ydata()[curve.work > 0], curve.work[curve.work > 0]) and work.get_yscale() == "log"
+    assert np.array_equal(share.get_lines()[0].get_ydata(), curve.slipping)
+
+
+def test_a_backbone_curve_of_two_contacts_has_a_line_for_each_and_ends_where_they_slide_off():
+    loads = {"P": [0, 0, 0, 0, 1, 3], "X": [1, 1, 0, 0, 0, 0]}
+    free = fo.ContactSystem(np.zeros((6, 6)), [[0, 0, 0], [1, 0, 0]], loads, contact=["head", "nut"])
+    curve = fo.backbone_curve(free, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), [0.5, 0.4], [0.2, 0.4], steps=1)
+    work, share = curve.plot()
+    named = {line.get_label(): line for line in share.get_lines()}
+    assert {"head", "nut", "all"} <= set(named) and len(named["nut"].get_xdata()) == 2
+    assert [line.get_xdata()[0] for line in work.get_lines() if "slide off" in line.get_label()] == [curve.gross_slip] == pytest.approx([0.5])
 
 
 @pytest.mark.parametrize("factors", [[0.3, 1.0, 4.0], [2000.0, 4000.0, 7000.0], [0.001, 10.0]])
-def test_the_load_factors_of_a_damping_curve_stand_beside_each_other_and_not_on_each_other(factors):
+def test_the_load_factors_of_a_backbone_curve_stand_beside_each_other_and_not_on_each_other(factors):
     loads = fo.LoadCycle(PULL.mean, [{case: amplitude / factors[-1] for case, amplitude in corner.items()} for corner in PULL.corners])
-    ax = fo.damping_curve(PUNCH, loads, F, factors, range=False).plot()[1]
+    ax = fo.backbone_curve(PUNCH, loads, F, factors).plot()[-1]
     ax.figure.canvas.draw()
     shown = [label.get_window_extent() for label in [*ax.get_xticklabels(), *ax.get_xticklabels(minor=True)] if label.get_text()]
     shown = sorted((box.x0, box.x1) for box in shown if ax.bbox.x0 <= (box.x0 + box.x1) / 2 <= ax.bbox.x1)

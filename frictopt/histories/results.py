@@ -3,7 +3,7 @@
 from ..contact import Attempt, SolveRecord, Verdict
 from ..limits import Design, GrossSlip, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, ShakedownLimit
 from ..transients import LoadLoop, Onset, OnsetEvent, SteadyState, Trajectory
-from .damping import DampingCurve
+from .backbone_result import BackboneCurve
 from .dissipation_range import DissipationRange
 from .excursion import LeastExcursion
 from .guarantee import GuaranteeCheck
@@ -15,8 +15,8 @@ from .worn_in import WornIn
 
 __all__ = [
     "Attempt",
+    "BackboneCurve",
     "DamagedRows",
-    "DampingCurve",
     "Design",
     "DissipationRange",
     "GrossSlip",

@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
 from ..contact import Table
-from ..histories.damping import DampingCurve
+from ..histories.backbone_result import BackboneCurve
 from ..histories.excursion import LeastExcursion
 from ..histories.protocols import REST, SLIP, UNDECIDED, LimitAfterProtocol
 from ..histories.wear import WearHistory
@@ -70,28 +70,46 @@ def _limit_line(axes: Axes, name: str, limit: float, color: str) -> None:
 
 
 @picture.register
-def _damping_curve(curve: DampingCurve, ax: AxesArray | None = None) -> AxesArray:
-    """Frequency (of no mode: stiffness) above, damping below, over the load factor (log), with bands of the residual slips; limits as lines."""
-    frequency, damping = panels = new_axes(ax, 2, (6.4, 5.4))
-    mode, look = np.isfinite(curve.natural_frequency), series(0)
-    shown = (
-        (frequency, "frequency" if mode else "stiffness", curve.least_frequency, curve.most_frequency),
-        (damping, "damping", curve.least_damping, curve.most_damping),
-    )
-    for axes, name, least, most in shown:
-        axes.plot(curve.load_factor, getattr(curve, name), color=look["color"], marker=look["marker"], label="without residual slip")
+def _backbone_curve(curve: BackboneCurve, ax: AxesArray | None = None) -> AxesArray:
+    """Over the load factor (log), up to the sliding-off load: work, slipping share of each contact, and stiffness and damping where they are known.
+
+    Of a mode the frequency stands for the stiffness. Bands are ranges over the residual slips, lines the limits.
+    """
+    known, look = bool(np.isfinite(curve.stiffness).any()), {name: series(0)[name] for name in ("color", "marker")}
+    work, share, *more = panels = new_axes(ax, 4 if known else 2, (6.4, 9.0 if known else 5.4))
+    work.plot(curve.load_factor, np.where(curve.work > 0, curve.work, np.nan), **look)
+    work.set(yscale="log", ylabel="work of friction per cycle\n(force times length)")
+    for number, (name, rows) in enumerate(curve.by_contact.groupby("contact", sort=False)):
+        share.plot(rows["load_factor"], rows["slipping"], **line(number), label=name)
+    if curve.by_contact["contact"].nunique() > 1:
+        share.plot(curve.load_factor, curve.slipping, color=BLACK, label="all")
+        legend(share)
+    share.set(ylabel="share that slips", ylim=(-0.03, 1.03))
+    mode = np.isfinite(curve.natural_frequency)
+    names = {
+        "frequency" if mode else "stiffness": (curve.least_frequency, curve.most_frequency),
+        "damping": (curve.least_damping, curve.most_damping),
+    }
+    for axes, (name, (least, most)) in zip(more, names.items(), strict=False):
+        axes.plot(curve.load_factor, getattr(curve, name), **look, label="without residual slip")
         if not np.isnan(least).all():
             axes.fill_between(curve.load_factor, least, most, color=look["color"], alpha=0.2, lw=0, label="range over residual slips")
+    for axes in panels:
+        axes.set_xscale("log")
         _limit_line(axes, r"guaranteed limit $\lambda_1$", curve.guaranteed_limit, GREY)
         _limit_line(axes, r"shakedown limit $\lambda_2$", curve.shakedown_limit, BLACK)
-        axes.set_xscale("log")
-    if curve.load_factor[-1] < 30 * curve.load_factor[0]:  # plain numbers, not powers of ten
-        damping.xaxis.set(major_locator=LogLocator(subs=(1, 2, 3, 5, 7)), major_formatter=ScalarFormatter(), minor_formatter=NullFormatter())
-    if mode:
-        frequency.axhline(curve.natural_frequency, color=GREY, lw=0.6, zorder=0, label="glued contact")
-    frequency.set_ylabel("frequency (cycles per time)" if mode else "stiffness (load factor over displacement)")
-    damping.set(xlabel=r"load factor $\lambda$", ylabel=r"damping ratio $\zeta$")
-    legend(frequency)
+        _limit_line(axes, "bodies slide off", curve.gross_slip, GREY)
+    if known:
+        if mode:
+            more[0].axhline(curve.natural_frequency, color=GREY, lw=0.6, zorder=0, label="glued contact")
+        more[0].set_ylabel("frequency (cycles per time)" if mode else "stiffness\n(load factor over displacement)")
+        more[1].set_ylabel(r"damping ratio $\zeta$")
+        legend(more[0])
+    last = panels[-1]
+    last.set_xlabel(r"load factor $\lambda$")
+    low, high = last.get_xlim()
+    if high < 30 * low:  # plain numbers, not powers of ten
+        last.xaxis.set(major_locator=LogLocator(subs=(1, 2, 3, 5, 7)), major_formatter=ScalarFormatter(), minor_formatter=NullFormatter())
     return np.array(panels)
 
 

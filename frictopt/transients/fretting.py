@@ -11,6 +11,7 @@ from ..errors import ModelError
 from .trajectory import Trajectory
 
 _NOTE = "at the ends of a contact with sharp corners, tractions, F1, F2 and SWT are a property of the mesh; refine it before you compare them"
+ENDS_NOTE = "; from, to: least and largest normal stress in the cycle on the critical plane of SWT"
 _PLANES, _BEST = 800, 20  # planes that are tried first, 5 degrees apart, and the best of them: one alone may be beside a lower peak
 _STEP, _FINER, _ROUNDS = 5.0, 0.4, 10  # degrees of the first steps about them, how much smaller they become, and how often: at last 0.001 degrees
 
@@ -19,21 +20,20 @@ def fretting_table(states: Trajectory, work: Array, stress: ArrayLike | None, st
     """The table of a steady cycle with so much work of friction at each node, (N,), see `SteadyState.fretting_table`."""
     system = states.system
     width, names, unit = (system.width, ("tau", "pressure"), "") if system.width is not None else (np.ones(system.nodes), ("q", "p"), "_force")
-    closed = states.gap <= 0
-    way = furthest(np.where(closed[..., None], _axes(states.slip), np.nan))
+    way = slip_ways(states)
     slip = np.linalg.norm(way, axis=-1)
     columns: dict[str, ArrayLike] = {"node": np.arange(system.nodes)}
     if system.contact is not None:
         columns["contact"] = system.contact
     columns |= {**places(system), "slip_range": slip}
     for name, values in zip(names, (states.q, states.p), strict=True):
-        part = _axes(values) / width[:, None]
+        part = axes_of(values) / width[:, None]
         columns[f"{name}_amplitude"] = np.linalg.norm(furthest(part), axis=-1) / 2
         columns |= components(f"{name}_mean", ((part.max(axis=0) + part.min(axis=0)) / 2).reshape(values.shape[1:]))
     columns["work"], columns["share"] = work, work / (work.sum() or 1.0)
     if system.width is not None:
         columns["work_density"] = work / width
-    columns[f"F1{unit}"] = first = np.linalg.norm(_axes(states.q), axis=-1).max(axis=0) / width * slip
+    columns[f"F1{unit}"] = first = np.linalg.norm(axes_of(states.q), axis=-1).max(axis=0) / width * slip
     if (stress is None) != (strain is None):
         raise ModelError("stress, strain: one of them alone; give both, as BodyFields.at_contact does, or none")
     if stress is not None:
@@ -51,9 +51,14 @@ def fretting_table(states: Trajectory, work: Array, stress: ArrayLike | None, st
     return table
 
 
-def _axes(values: Array) -> Array:
+def axes_of(values: Array) -> Array:
     """(T, N, t) values with a last axis for the tangents."""
     return values if values.ndim == 3 else values[..., None]
+
+
+def slip_ways(states: Trajectory) -> Array:
+    """(N, t) difference of those two slips of each node, while it is closed, that are furthest apart."""
+    return furthest(np.where((states.gap <= 0)[..., None], axes_of(states.slip), np.nan))
 
 
 def worst_planes(fields: object, side: int, weights: Mapping[str, float]) -> dict[str, Array]:

@@ -11,8 +11,10 @@ from numpy.typing import ArrayLike
 
 from ..contact import SAME_STATE, ContactState, ContactSystem, LoadCycle, Outcome, Plotted, Recorded, SolveRecord, Table, components, frame, places
 from ..contact.checks import Array, Booleans, finite_number, frozen, whole_number
+from ..contact.tolerances import COUNTS
 from ..errors import ModelError, SolverError
-from .fretting import fretting_table, worst_planes
+from .by_contact import contact_table
+from .fretting import ENDS_NOTE, fretting_table, worst_planes
 from .march import amplitudes_at, march
 from .trajectory import LoadLoop, Trajectory
 
@@ -118,6 +120,12 @@ class SteadyState(Recorded, Plotted):
         columns = {"node": range(len(self.gap)), **places(self.system), **components("slip", self.slip), "open": self.open}
         return frame({**columns, "dissipation": self.dissipation_per_node}, units=self.system.units)
 
+    @property
+    def slipping_share(self) -> float:
+        """Share of the whole contact that slips in the steady cycle, see `slipping`: of its area (its length), without a `width` of its nodes."""
+        width = self.system.width
+        return float(np.average(self.slipping, weights=width))
+
     def states(self) -> Trajectory:
         """All states of one period, from the last corner to the last corner: the first one, and one after each event or increment.
 
@@ -129,8 +137,8 @@ class SteadyState(Recorded, Plotted):
         asked = self.system, self.cycle, self.friction, self.load_factor
         path = march(*asked, initial_state=self.state, cycles=self.period, steps=self.steps or None, progress=False)
         drift = 0.0 if self.outcome is Outcome.RATCHETING else max(np.ptp(values[[0, -1]], axis=0).max() for values in (path.slip, path.gap))
-        size = max(float(np.abs(path.slip).max()), float(path.gap.max())) or 1.0
         force = float(np.abs(path.p).max()) or 1.0
+        size = max(float(np.abs(path.slip).max()), float(path.gap.max()), COUNTS * force / self.system.stiffness_scale)  # less is rounding
         spent = np.abs(path.work[-1] - self.period * self.dissipation_per_node).max() / max(float(path.work.max()), force * size)
         if not max(drift / size, spent) <= SAME_STATE:
             raise SolverError(f"steady state: a cycle from it differs from it by {max(drift / size, spent):.1e} (tolerance {SAME_STATE:g})")
@@ -148,6 +156,41 @@ class SteadyState(Recorded, Plotted):
         Displacements are those at the loads. Cycles that are controlled by displacements are not followed: give the loads.
         """
         return self.states().loop(case)
+
+    def by_contact(self) -> Table:
+        """What each contact does in the steady cycle, and the forces through it: one row for each.
+
+        Returns
+        -------
+        DataFrame
+            Columns:
+
+            - contact, its name ("the contact" where the system has no names), its number of nodes, and its area (its length), if `width` is known;
+            - sticking, slipping, open: shares of the area, without a `width` of the nodes; they add up to 1. Slipping is what slides against friction
+              (`slipping`), open what opens at some corner (`open`) and does not slip, sticking the rest;
+            - work of friction per cycle; slip_range, the largest distance of two slips of a node while it is closed;
+            - P_0, Q_0, fP_0, P_1 ..: forces at the corners 0, 1 .. of the cycle (of two, if the `period` is two, the last): P the sum of the normal
+              forces, compression positive; Q the resultant of the shear forces, in the plane along the tangent, in space and where the tangents turn
+              its size; fP the sum of friction times normal force, the most that Q can be on a flat face.
+
+            `attrs["corners"]` has the names of the corners, `attrs["note"]` says what the shares are of.
+
+        Raises
+        ------
+        SolverError
+            See `states`.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+        >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+        >>> steady = fo.steady_state(rod, cycle, friction=0.5, load_factor=1.0)
+        >>> table = steady.by_contact()
+        >>> table[["nodes", "slipping", "work", "P_0", "Q_0", "Q_1", "fP_0"]].round(6).to_dict("records")
+        [{'nodes': 4, 'slipping': 0.25, 'work': 1.0, 'P_0': 4.0, 'Q_0': -1.0, 'Q_1': 1.0, 'fP_0': 2.0}]
+        """
+        return contact_table(self.states(), self.slipping, self.open, self.dissipation_per_node)
 
     def fretting_table(
         self,
@@ -190,12 +233,13 @@ class SteadyState(Recorded, Plotted):
             - F2 and SWT, where stress and strain are given: Ruiz's second parameter, largest tensile stress times F1; and that of Smith, Watson and
               Topper, largest tensile stress times half the range of the strain. Both are of the plane normal to the tangent, in space to the largest
               slip, so that SWT is NaN where nothing slips (fields have it there, too);
-            - SWT, Findley, Fatemi_Socie and Crossland, where fields are given, each on its critical plane, whatever its direction; `from` and `to`,
-              least and largest normal stress on that of SWT: pyLife reads them as a load collective, one cycle a node. Planes are searched in steps
-              down to 0.001 degrees; where maxima cross at a kink, SWT was up to 1e-4 of itself too low.
+            - SWT, Findley, Fatemi_Socie and Crossland, where fields are given, each on its critical plane, whatever its direction. Planes are
+              searched in steps down to 0.001 degrees; where maxima cross at a kink, SWT was up to 1e-4 of itself too low;
+            - from, to: with them, the least and the largest normal stress in the cycle on the critical plane of SWT. pyLife needs these two names for
+              a load collective, here of one cycle a node.
 
-            `attrs["note"]` says which columns are a property of the mesh: at the corner of a complete contact tractions and stresses grow without end
-            as elements shrink, and so do F1, F2 and SWT there.
+            `attrs["note"]` says which columns are a property of the mesh, and what `from` and `to` are: at the corner of a complete contact tractions
+            and stresses grow without end as elements shrink, and so do F1, F2 and SWT there.
 
         Raises
         ------
@@ -232,7 +276,9 @@ class SteadyState(Recorded, Plotted):
         planes = worst_planes(fields, body, weights)
         if len(planes["SWT"]) != len(table):
             raise ModelError(f"fields: those of a contact with {len(planes['SWT'])} nodes, this one has {len(table)}; give those of its model")
-        return table.assign(**planes)
+        table = table.assign(**planes)
+        table.attrs["note"] += ENDS_NOTE
+        return table
 
     def _answer(self) -> Mapping[str, object]:
         last = "unproven" if self.engine == "path" else "step_error"

@@ -1,5 +1,6 @@
 """Frequency and damping with amplitude: Jenkins' element, a published oscillator, closed forms of rods, cylinders and spheres, Masing's rule."""
 
+from dataclasses import replace
 from importlib import import_module
 from types import SimpleNamespace
 
@@ -11,6 +12,7 @@ from scipy.sparse import csr_matrix
 import frictopt as fo
 from frictopt.reference import half_plane_contact
 from systems import linprog_limit
+from test_fretting import WALKING
 from worn import sphere
 
 
@@ -26,7 +28,7 @@ def test_the_element_of_jenkins():
     system = hard.with_contact_stiffness(tangential=kt)
     force = np.array([0.1, 0.15, 0.5, 1.0, 4.0, 30.0]) * mu * N * (k0 + kt) / kt
     natural = np.sqrt((k0 + kt) / m) / (2 * np.pi)
-    curve = fo.damping_curve(system, opposed("mode", {"N": N}), mu, force / np.sqrt(m), natural_frequency=1.005 * natural)
+    curve = fo.backbone_curve(system, opposed("mode", {"N": N}), mu, force / np.sqrt(m), natural_frequency=1.005 * natural, range=True)
     slides = force > mu * N * (k0 + kt) / kt
     X = np.where(slides, (force - mu * N) / k0, force / (k0 + kt))
     work = np.where(slides, 4 * mu * N * (X - mu * N / kt), 0.0)
@@ -38,7 +40,7 @@ def test_the_element_of_jenkins():
     assert curve.natural_frequency == pytest.approx(natural)
     assert curve.shakedown_limit == pytest.approx(mu * N * (k0 + kt) / kt / np.sqrt(m)) == curve.guaranteed_limit
     assert np.isnan(curve.exponent).tolist() == [True] * 5 + [False]  # of load factors without work
-    least = fo.damping_curve(system, opposed("mode", {"N": N}), mu, [1e-200], natural_frequency=natural)  # its square is 0
+    least = fo.backbone_curve(system, opposed("mode", {"N": N}), mu, [1e-200], natural_frequency=natural)  # its square is 0
     assert least.damping == 0 and least.frequency == pytest.approx(curve.natural_frequency)
     assert np.array_equal(curve.least_damping, curve.damping) and np.array_equal(curve.most_frequency, curve.frequency)
 
@@ -49,10 +51,10 @@ def test_damping_below_the_guaranteed_limit_where_a_node_opens_and_closes():
     A, B, C = [[2.3, -0.4], [-0.4, 1.4]], [[-0.2, 0.8], [0.5, -0.2]], [[4.3, 0.0], [0.0, 2.6]]
     pair = fo.ContactSystem.from_blocks(A, B, C, [0.0, 1.0], loads, gap=[0.0, 0.1], compliance=2 * np.eye(2))
     cycle, friction, starts = opposed("Q", {"P": 1.0}), [0.5, 0.4], 3.0 * np.random.default_rng(1).normal(size=(20, 2))
-    curve = fo.damping_curve(pair, cycle, friction, [0.7])
+    curve = fo.backbone_curve(pair, cycle, friction, [0.7], range=True)
     seen = [fo.steady_state(pair, cycle, friction, 0.7, initial_slip=start).loop("Q") for start in starts]
     damping = [loop.area / (np.pi * 0.7 * np.ptp(loop.displacement)) for loop in seen]
-    rest, found = fo.steady_state(pair, cycle, friction, 0.05), fo.damping_curve(pair, cycle, friction, [0.05], range=False).displacement[0]
+    rest, found = fo.steady_state(pair, cycle, friction, 0.05), fo.backbone_curve(pair, cycle, friction, [0.05]).displacement[0]
     assert rest.outcome is fo.Outcome.SHAKEDOWN and rest.open.any() and abs(found / (2 * 0.05) - 1) > 1e-3  # softer than the glued one
     assert found == pytest.approx(np.ptp(rest.loop("Q").displacement) / 2)
     assert 0.7 < 0.9 * curve.guaranteed_limit and curve.damping[0] < 0.5 * max(damping)
@@ -63,7 +65,7 @@ def test_a_node_without_friction_slides_where_the_others_rest():
     """Two springs: the load moves the free one by its compliance from the smallest amplitude on."""
     loads = {"N": ([0.0, 0.0], [1.0, 1.0]), "F": ([-1.0, -0.5], [0.0, 0.0])}
     pair = fo.ContactSystem.from_blocks(np.diag([2.0, 5.0]), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads, compliance=np.eye(2))
-    curve = fo.damping_curve(pair, opposed("F", {"N": 1.0}), [0.0, 0.5], [0.1, 0.9], natural_frequency=1 / (2 * np.pi))
+    curve = fo.backbone_curve(pair, opposed("F", {"N": 1.0}), [0.0, 0.5], [0.1, 0.9], natural_frequency=1 / (2 * np.pi), range=True)
     assert curve.displacement == pytest.approx((1 + 1.0**2 / 2) * curve.load_factor) and not curve.work.any()
     assert np.array_equal(curve.least_frequency, curve.frequency) and np.array_equal(curve.most_frequency, curve.frequency)
 
@@ -93,7 +95,7 @@ def test_a_published_oscillator(monkeypatch):
     system, stuck = oscillator()
     assert stuck == pytest.approx(49.42140619, rel=1e-9)
     cycle = opposed("mode", {"static": 1.0})
-    curve = fo.damping_curve(system, cycle, 0.9, [200.0, 800.0, 1200.0], natural_frequency=stuck)
+    curve = fo.backbone_curve(system, cycle, 0.9, [200.0, 800.0, 1200.0], natural_frequency=stuck, range=True)
     assert curve.natural_frequency == pytest.approx(stuck, rel=1e-12)
     assert curve.shakedown_limit == pytest.approx(linprog_limit(system, cycle, 0.9)[1], rel=1e-9)
     for factor, least, most in ((200.0, 0.0, 0.0436), (800.0, 0.0286, 0.0381), (1200.0, 0.0210, 0.0274)):
@@ -102,21 +104,22 @@ def test_a_published_oscillator(monkeypatch):
         assert curve.least_damping[row] <= curve.damping[row] <= curve.most_damping[row]
     assert curve.least_frequency[0] <= 1.001 * 47.01 and curve.most_frequency[0] == pytest.approx(49.42, abs=0.01)
     assert curve.least_frequency[2] <= 1.001 * 42.93 and curve.most_frequency[2] >= 0.999 * 43.24
-    same = fo.damping_curve(system, cycle, 0.9, [800.0], natural_frequency=stuck, range=False)
+    same = fo.backbone_curve(system, cycle, 0.9, [800.0], natural_frequency=stuck)
     bare = fo.ContactSystem(system.S, system.points, dict(system.bonded))
-    other = fo.damping_curve(bare, cycle, 0.9, [800.0], natural_frequency=stuck, range=False)
-    unsaid = fo.damping_curve(system, cycle, 0.9, [800.0])
+    other = fo.backbone_curve(bare, cycle, 0.9, [800.0], natural_frequency=stuck)
+    unsaid = fo.backbone_curve(system, cycle, 0.9, [800.0], range=True)
     assert all(np.isnan(np.r_[getattr(unsaid, name), unsaid.natural_frequency]).all() for name in ("frequency", "least_frequency", "most_frequency"))
-    assert unsaid.stiffness == pytest.approx((2 * np.pi * curve.frequency[1:2]) ** 2) and "frequency" not in repr(unsaid)
+    assert unsaid.stiffness == pytest.approx((2 * np.pi * curve.frequency[1:2]) ** 2) and "least_frequency" not in repr(unsaid)
+    assert "no frequency: without a natural_frequency" in unsaid.note
     assert unsaid.most_damping == pytest.approx(curve.most_damping[1:2])
     assert same.frequency == pytest.approx(curve.frequency[1:2]) == other.frequency and np.isnan(same.most_damping).all()
     twice = fo.LoadCycle({"static": 1.0}, [{"mode": 2.0}, {"mode": -2.0}])
-    assert fo.damping_curve(bare, twice, 0.9, [400.0], natural_frequency=stuck / 2, range=False).displacement == pytest.approx(2 * same.displacement)
+    assert fo.backbone_curve(bare, twice, 0.9, [400.0], natural_frequency=stuck / 2).displacement == pytest.approx(2 * same.displacement)
     found = SimpleNamespace(residual=1e-3, steady_states=())
-    monkeypatch.setattr(import_module("frictopt.histories.damping"), "dissipation_range", lambda *_, **__: found)
-    assert fo.damping_curve(system, cycle, 0.9, [800.0]).residual == 1e-3
+    monkeypatch.setattr(import_module("frictopt.histories.backbone"), "dissipation_range", lambda *_, **__: found)
+    assert fo.backbone_curve(system, cycle, 0.9, [800.0], range=True).residual == 1e-3
     with pytest.raises(fo.ModelError, match="natural_frequency: 48"):
-        fo.damping_curve(system, cycle, 0.9, [800.0], natural_frequency=48.0)
+        fo.backbone_curve(system, cycle, 0.9, [800.0], natural_frequency=48.0)
 
 
 def test_the_cylinder_of_cattaneo_and_mindlin():
@@ -124,7 +127,7 @@ def test_the_cylinder_of_cattaneo_and_mindlin():
     system = fo.ContactSystem.from_blocks(**arrays)
     P, f = np.pi / 4, 0.4
     x = np.array([0.35, 0.5, 0.7, 0.9])
-    curve = fo.damping_curve(system, opposed("Q", {"P": P}), f, x * f * P, natural_frequency=0.01, range=False)
+    curve = fo.backbone_curve(system, opposed("Q", {"P": P}), f, x * f * P, natural_frequency=0.01)
     exact = 4 * f**2 * P**2 / np.pi * (x - x**2 / 2 + (1 - x) * np.log(1 - x))
     assert curve.work == pytest.approx(exact, rel=0.02)
     assert curve.exponent == pytest.approx(np.gradient(np.log(exact), np.log(x)), rel=0.02)
@@ -141,7 +144,7 @@ def test_the_sphere_of_mindlin_and_deresiewicz():
     glued = np.linalg.inv(far.T @ S @ far)[[2, 0]][:, [2, 0]]  # displacements under P and Q
     held = fo.ContactSystem(system.S, system.points, dict(system.bonded), gap=system.gap, width=system.width, compliance=glued)
     x = np.array([0.6, 0.9])
-    curve = fo.damping_curve(held, cycle, f, x * f * ball.P, range=False)
+    curve = fo.backbone_curve(held, cycle, f, x * f * ball.P)
     exact = np.array([ball.dissipation(Q) for Q in x * f * ball.P])
     shear_modulus = ball.E / 2
     assert curve.work == pytest.approx(exact, rel=0.04)
@@ -152,37 +155,133 @@ def test_the_sphere_of_mindlin_and_deresiewicz():
 def test_a_load_that_is_no_mode_has_no_frequency():
     """A frequency of it would be the root of a stiffness per load factor, in no unit of a frequency."""
     punch, cycle = fo.scenes.PunchOnHalfPlane(elements=24).condense(), opposed("sigma", {"P": 1.0})
-    curve = fo.damping_curve(punch, cycle, 0.5, [1.5])
+    curve = fo.backbone_curve(punch, cycle, 0.5, [1.5], range=True)
     assert np.isnan([curve.natural_frequency, *curve.frequency, *curve.least_frequency, *curve.most_frequency]).all()
     assert np.isfinite([*curve.stiffness, *curve.most_damping]).all() and curve.to_frame()["frequency"].isna().all()
-    above, _ = curve.plot()
+    _, _, above, _ = curve.plot()
     assert "stiffness" in above.get_ylabel() and np.array_equal(above.get_lines()[0].get_ydata(), curve.stiffness)
+
+
+# Two nodes in space, pressed by 1 and 3, of areas 1 and 3, each on springs of 1: a node slips by the load less f p, twice in a cycle, and back.
+NAMES, FORCES = ["a", "b"], np.array([1.0, 3.0])
+TWO = fo.ContactSystem(
+    np.eye(6), [[0, 0, 0], [1, 0, 0]], {"P": [0, 0, 0, 0, *FORCES], "X": [1, 1, 0, 0, 0, 0]}, contact=NAMES, width=FORCES, compliance=np.eye(2)
+)
+
+
+def by_hand(load, f):
+    """Slip ranges, and work of friction per cycle, of both nodes."""
+    way = 2 * (load - f * FORCES).clip(0.0)
+    return way, 2 * f * FORCES * way
+
+
+def test_two_sliders_in_space_contact_by_contact():
+    loads, f = [0.4, 0.75, 1.4, 2.0], 0.5
+    curve = fo.backbone_curve(TWO, opposed("X", {"P": 1.0}), f, loads, steps=1)
+    way, work = (np.array(values) for values in zip(*(by_hand(load, f) for load in loads), strict=True))
+    assert curve.outcome == ("SHAKEDOWN", *["CYCLIC_SLIP"] * 3) and curve.slipping.tolist() == [0.0, 0.25, 0.25, 1.0]
+    assert curve.work == pytest.approx(work.sum(axis=1)) and curve.slip_range == pytest.approx(way.max(axis=1))
+    table = curve.by_contact
+    assert table["contact"].tolist() == NAMES * 4 and np.array(table["load_factor"]) == pytest.approx(np.repeat(loads, 2))
+    assert np.array(table["work"]) == pytest.approx(work.ravel()) and np.array(table["slip_range"]) == pytest.approx(way.ravel())
+    assert np.array(table["slipping"]) == pytest.approx((way > 0).ravel().astype(float))
+    assert curve.displacement == pytest.approx(np.array(loads) + (way / 2).sum(axis=1)) and curve.gross_slip == np.inf
+    assert np.isnan([*curve.frequency, *curve.most_damping, curve.shakedown_limit, curve.guaranteed_limit]).all()
+    half = curve.load_at(work=2.0, progress=False)
+    assert 1.4 < half.load_factor < 2.0 and half.dissipation == pytest.approx(by_hand(half.load_factor, f)[1].sum()) == pytest.approx(2.0, rel=0.3)
+    assert curve.load_at(work=curve.work[1]).load_factor == pytest.approx(0.75)
+    third = curve.load_at(slipping=1 / 3)
+    assert third.load_factor == pytest.approx(1.4 + 0.6 / 9) and third.slipping_share == 0.25  # what is seen there
+    turning = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {}])  # around a mean of a half
+    other = fo.backbone_curve(TWO, turning, f, 2 * np.array(loads), steps=1)
+    assert other.work == pytest.approx(curve.work) and np.isnan([other.displacement, other.stiffness, other.damping]).all()
+    assert "two opposed ones" in other.note and "two opposed ones" in repr(other) and other.to_frame().attrs["note"] == other.note
+
+
+def test_the_curve_of_a_rod_and_the_load_of_half_its_length():
+    """Slip comes as far as the end force over the friction of a length; work is a closed form for whole numbers of nodes."""
+    rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=20, EA=2.0, h=0.1) | {"C": np.zeros((20, 20))})  # free to lift off
+    cycle, reach = fo.LoadCycle({"pressure": 2.0}, [{"force": 1.0}, {"force": -1.0}]), np.array([2, 4, 8, 16])
+    curve = fo.backbone_curve(rod, cycle, 0.5, 0.1 * reach)
+    exact = [fo.reference.rod_dissipation(force, 2.0, 1.0, 0.1) for force in 0.1 * reach]
+    assert curve.work == pytest.approx(exact, rel=1e-9) and curve.slipping == pytest.approx((reach - 1) / 20)  # the last node rests
+    assert curve.gross_slip == pytest.approx(2.0) and "no compliance" in curve.note and "of the nodes" in curve.note
+    default = fo.backbone_curve(rod, cycle, 0.5)
+    assert default.load_factor[[0, -1]] == pytest.approx([0.1, 1.9])
+    half, work = curve.load_at(slipping=0.5), curve.load_at(work=0.1)
+    assert half.load_factor == pytest.approx(0.8 + 0.8 * 3 / 8) and half.slipping_share == 0.5
+    assert work.dissipation == pytest.approx(fo.reference.rod_dissipation(work.load_factor, 2.0, 1.0, 0.1)) and 0.1 < work.dissipation < 0.102
+    for name, value, said in (
+        ("slipping", 0.9, r"0\.05 to 0\.75 at the load factors 0\.2 to 1\.6"),
+        ("work", 1e-9, "work: 1e-09"),
+        ("work", -1, "work: -1"),
+    ):
+        with pytest.raises(fo.ModelError, match=said):
+            curve.load_at(**{name: value})
+    for given in ({}, {"slipping": 0.5, "work": 0.1}):
+        with pytest.raises(fo.ModelError, match=r"slipping, work: .*; give one of the two"):
+            curve.load_at(**given)
+
+
+def test_beyond_the_load_that_slides_the_body_off_there_is_no_number():
+    block = fo.ContactSystem.from_blocks([[0.0]], [[0.0]], [[0.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([-1.0], [0.0])}, compliance=np.eye(2))
+    curve = fo.backbone_curve(block, opposed("Q", {"P": 4.0}), 0.5, [1.0, 1.9, 2.1])
+    assert curve.gross_slip == pytest.approx(2.0) and curve.outcome == ("SHAKEDOWN", "SHAKEDOWN", "SLIDES_OFF")
+    assert curve.work.tolist()[:2] == [0.0, 0.0] and np.isnan([getattr(curve, name)[2] for name in ("work", "slipping", "displacement")]).all()
+    assert "load factors 2.1: above it no state of rest exists" in curve.note and set(curve.by_contact["load_factor"]) == {1.0, 1.9}
+    with pytest.raises(fo.NoContinuation, match="the body may slide or open as a whole"):
+        fo.backbone_curve(block, opposed("Q", {"P": 4.0}), 0.5, [2.1, 3.0])
+
+
+def test_a_contact_that_ratchets_has_work_and_no_displacement():
+    system, cycle, f, factor = WALKING
+    curve = fo.backbone_curve(replace(system, compliance=np.eye(3)), cycle, f, [0.1, factor])
+    assert curve.outcome == ("SHAKEDOWN", "RATCHETING") and curve.work[1] == fo.steady_state(*WALKING).dissipation > 0
+    assert np.isfinite(curve.displacement[0]) and np.isnan(curve.displacement[1]) and np.isnan(curve.damping[1])
+    assert f"load factor {factor:g}: the contact ratchets" in curve.note
+
+
+def test_what_is_finished_is_kept_when_a_curve_is_interrupted(monkeypatch):
+    backbone, left = import_module("frictopt.histories.backbone"), [1, 2]
+
+    def followed(*asked, **options):
+        if not left:
+            raise KeyboardInterrupt
+        return left.pop() and fo.steady_state(*asked, **options)
+
+    monkeypatch.setattr(backbone, "steady_state", followed)
+    with pytest.raises(KeyboardInterrupt) as interrupt:
+        fo.backbone_curve(TWO, opposed("X", {"P": 1.0}), 0.5, [0.4, 0.75, 1.4], steps=1)
+    assert interrupt.value.curve.load_factor.tolist() == [0.4, 0.75] and "2 of 3 load factors" in interrupt.value.__notes__[0]
 
 
 def test_bad_input():
     punch = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).condense()
     cycle = opposed("sigma", {"P": 1.0})
     for corners in ([{"sigma": 1.0}], [{"sigma": 1.0}, {"sigma": -0.5}], [{"sigma": 1.0}, {}, {"sigma": -1.0}], [{}, {}]):
-        with pytest.raises(fo.ModelError, match=r"cycle: .*two opposed corners"):
-            fo.damping_curve(punch, fo.LoadCycle({"P": 1.0}, corners), 0.5, [1.0])
+        for asked in ({"natural_frequency": 1.0}, {"range": True}):
+            with pytest.raises(fo.ModelError, match=r"(cycle|range): .*two opposed corners"):
+                fo.backbone_curve(punch, fo.LoadCycle({"P": 1.0}, corners), 0.5, [1.0], **asked)
     with pytest.raises(fo.ModelError, match=r"cycle: .*no fixed part"):
-        fo.damping_curve(punch, fo.LoadCycle({"P": 1.0}, cycle.corners, fixed=[{"Q": 0.1}, {}]), 0.5, [1.0])
+        fo.backbone_curve(punch, fo.LoadCycle({"P": 1.0}, cycle.corners, fixed=[{"Q": 0.1}, {}]), 0.5, [1.0], natural_frequency=1.0)
     for factors in ([], [0.0, 1.0], [1.0, 1.0], [2.0, 1.0], [-1.0], "1", [np.nan]):
         with pytest.raises(fo.ModelError, match="load_factors"):
-            fo.damping_curve(punch, cycle, 0.5, factors)
+            fo.backbone_curve(punch, cycle, 0.5, factors)
+    with pytest.raises(fo.ModelError, match="load_factors: None, and the load that slides the bodies off is inf"):
+        fo.backbone_curve(punch, cycle, 0.5)
     bare = fo.ContactSystem(punch.S, punch.points, dict(punch.bonded))
-    with pytest.raises(fo.ModelError, match="natural_frequency: None"):
-        fo.damping_curve(bare, cycle, 0.5, [1.0])
+    with pytest.raises(fo.ModelError, match=r"range: True, .* no compliance"):
+        fo.backbone_curve(bare, cycle, 0.5, [1.0], range=True)
     for odd in (0.0, -1.0, np.inf, "1"):
         with pytest.raises(fo.ModelError, match="natural_frequency"):
-            fo.damping_curve(bare, cycle, 0.5, [1.0], natural_frequency=odd)
+            fo.backbone_curve(bare, cycle, 0.5, [1.0], natural_frequency=odd)
     with pytest.raises(fo.ModelError, match="the load does no work"):
-        fo.damping_curve(punch.with_interference({"fit": 1.0}), opposed("fit", {"P": 1.0}), 0.5, [1e-3])
+        fo.backbone_curve(punch.with_interference({"fit": 1.0}), opposed("fit", {"P": 1.0}), 0.5, [1e-3], natural_frequency=1.0)
+    for odd, cyclic in ({"X": 1.0}, cycle.corners), (cycle.mean, [{"X": 1.0}, {"X": -1.0}]):
+        with pytest.raises(fo.ModelError, match="load case 'X': unknown"):
+            fo.backbone_curve(punch, fo.LoadCycle(odd, cyclic), 0.5, [1.0])
     with pytest.raises(fo.ModelError, match="range: 'yes'"):
-        fo.damping_curve(punch, cycle, 0.5, [1.0], range="yes")
-    space = fo.scenes.SquarePunch(elements=2, growth=2.0).condense()
-    curve = fo.damping_curve(space, opposed("Qx", {"P": 1.0}), 0.5, [0.1], range=False)
-    assert curve.guaranteed_limit == fo.guaranteed_limit(space, opposed("Qx", {"P": 1.0}), 0.5).load_factor > 0 < curve.displacement[0]
+        fo.backbone_curve(punch, cycle, 0.5, [1.0], range="yes")
 
 
 def test_the_load_of_a_mode():

@@ -1,0 +1,260 @@
+"""The backbone curve of a joint: steady cycles at rising amplitudes of its load, and their range over the residual slips."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from ..contact import ROUNDING, ContactSystem, LoadCycle, Outcome, bar_of, checked_cycle, checked_system, friction_coefficients, reactions
+from ..contact.checks import Array, finite_number, finite_numbers, flag, frozen, warns_of_odd_values
+from ..errors import ModelError, NoContinuation, SolverError
+from ..limits import GrossSlip, GuaranteedLimit, gross_slip, guaranteed_limit, shakedown_limit
+from ..transients import SteadyState, steady_state
+from .backbone_result import RANGES, SEEN, BackboneCurve
+from .dissipation_range import dissipation_range
+
+_SAME_MODE = 1e-2  # two natural frequencies of one mode differ by less: codes write them with few digits
+_SLIDES_OFF, _FAILED = "SLIDES_OFF", "FAILED"  # outcomes of load factors without a steady state
+_FROM, _TO, _COUNT = 0.05, 0.95, 8  # load factors that are followed unless others are asked for, over the sliding-off load
+
+
+@warns_of_odd_values
+def backbone_curve(
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: ArrayLike,
+    load_factors: ArrayLike | None = None,
+    *,
+    natural_frequency: float | None = None,
+    range: bool = False,
+    steps: int | None = None,
+    progress: bool = True,
+) -> BackboneCurve:
+    """What grows with the load: work of friction, slipping share, slip, stiffness and damping of a joint (Festjens et al. 2013, Allen et al. 2016).
+
+    Each load factor has a quasi-static steady cycle, followed from no residual slip: no dynamics, no Masing's rule. Work and slipping share of a
+    bolted joint settle with the mesh where its limits do not. For a mode of a structure the load is that of `modal_load`: the load factor is then the
+    modal force, the displacement the modal amplitude. Say so by the `natural_frequency` of the mode: other loads have no frequency. Displacement,
+    stiffness and damping need two opposed corners around a mean load, and a `compliance`; the rest needs neither. Theory, "Joints".
+
+    Parameters
+    ----------
+    system, cycle, friction
+        The contact, its load cycle, and its coefficient of friction, one or one per node.
+    load_factors
+        (K,) load factors, > 0 and rising. None: eight from 5 % to 95 % of the sliding-off load.
+    natural_frequency
+        That of the glued contact, in cycles per unit of time, where the load of amplitude 1 is that of a mass-normalised mode. It may differ by 1 %
+        from what the compliance says, which counts. None: the load is no mode, and has no frequency.
+    range
+        Whether to search the residual slips for the least and the most damping, and to find both limits. Up to a guaranteed limit that is proven the
+        damping is zero, and there is no search. In space it takes hundreds of transients for each load factor, see `dissipation_range`.
+    steps, progress
+        Number of increments from corner to corner (None: the exact path in the plane, 20 in space), and whether to show a bar after two seconds.
+
+    Raises
+    ------
+    ModelError
+        Bad input: load factors that do not rise, or None where nothing slides off; with a natural frequency or a range a load without displacement,
+        and a natural frequency that contradicts the compliance.
+    NoContinuation, SolverError
+        No load factor has a steady state; see `gross_slip`, and with a range `shakedown_limit` and `guaranteed_limit`. After Ctrl-C the attribute
+        `curve` of the error has the load factors that are finished.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> punch = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6).condense()
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}])
+    >>> curve = fo.backbone_curve(punch, cycle, friction=0.5, load_factors=[1.2, 1.5], range=True)
+    >>> bool((curve.least_damping <= curve.damping).all() and (curve.damping <= curve.most_damping).all())
+    True
+    """
+    f, searched = np.array(friction_coefficients(friction, checked_system(system).nodes)), flag("range", range)
+    system.reaction(checked_cycle(cycle).mean)
+    reactions(system, cycle.corners)  # says which load case is unknown
+    system, load = _with_compliance(system, cycle, natural_frequency)
+    if searched and load.none:
+        raise ModelError(f"range: True, and there is no damping to have one: {load.none}; leave the range out")
+    try:
+        gross: GrossSlip | SolverError = gross_slip(system, cycle, f)
+    except SolverError as error:  # the curve does without it
+        gross = error
+    factors = _checked_factors(load_factors, gross)
+    limits = (shakedown_limit(system, cycle, f).load_factor, guaranteed_limit(system, cycle, f)) if searched else None
+    asked, seen = _Asked(system, cycle, f, load, gross, limits, {"steps": steps, "progress": progress}), list[_Seen]()
+    with bar_of(flag("progress", progress), "backbone curve", "load factor", total=len(factors)) as bar:
+        try:
+            for factor in factors:
+                seen.append(asked.follow(float(factor)))
+                bar.update()
+        except KeyboardInterrupt as interrupt:
+            if seen:
+                interrupt.curve = asked.curve(seen)  # type: ignore[attr-defined]
+                interrupt.add_note(f"backbone_curve: {len(seen)} of {len(factors)} load factors are in the attribute `curve`")
+            raise
+    if all(one.error for one in seen):
+        raise seen[0].error  # type: ignore[misc]
+    return asked.curve(seen)
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """What is seen at one load factor: columns of the curve, those of each contact, and why there is no steady state."""
+
+    row: dict[str, Any]
+    by_contact: pd.DataFrame = field(default_factory=pd.DataFrame)
+    error: NoContinuation | SolverError | None = None
+
+
+@dataclass(frozen=True)
+class _Load:
+    """A load with its amplitudes (cases,), its compliance on the glued bodies, and its frequency if it is a mode; or why it has no displacement."""
+
+    direction: Array = field(default_factory=lambda: np.zeros(0))
+    compliance: float = np.nan
+    natural_frequency: float = np.nan
+    none: str = ""
+
+    def measured(self, steady: SteadyState) -> dict[str, float]:
+        """Columns of the curve that follow from the displacement of the load over a steady cycle."""
+        half, factor = self._half_range(steady), steady.load_factor
+        stiffness = factor / half
+        frequency = np.sqrt(stiffness) / (2 * np.pi) if np.isfinite(self.natural_frequency) else np.nan
+        damping = steady.dissipation / half / factor / (2 * np.pi)  # the product of two tiny ones would be 0
+        return {"displacement": half, "stiffness": stiffness, "frequency": frequency, "damping": damping}
+
+    def _half_range(self, steady: SteadyState) -> float:
+        if self.none or steady.outcome is Outcome.RATCHETING:
+            return np.nan
+        if steady.outcome is Outcome.SHAKEDOWN and steady.friction.all() and not steady.open.any():
+            return self.compliance * steady.load_factor
+        path = steady.states()
+        return float(np.ptp(path.system.displacements(path.amplitudes, path.slip, path.gap) @ self.direction) / 2)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What a curve is asked of, with its sliding-off load and, if there is a range, its limits."""
+
+    system: ContactSystem
+    cycle: LoadCycle
+    friction: Array
+    load: _Load
+    gross: GrossSlip | SolverError
+    limits: tuple[float, GuaranteedLimit] | None
+    options: dict[str, Any]
+
+    def follow(self, factor: float) -> _Seen:
+        """What the joint does at one load factor."""
+        asked = self.system, self.cycle, self.friction, factor
+        try:
+            steady = steady_state(*asked, **self.options)
+            contacts = steady.by_contact()[["contact", "slipping", "work", "slip_range"]]
+            measured = [self.load.measured(steady)]
+        except (NoContinuation, SolverError) as error:
+            return _Seen({"load_factor": factor, "outcome": _SLIDES_OFF if self._slides_off(factor) else _FAILED}, error=error)
+        row = {"load_factor": factor, "outcome": steady.outcome.name, "work": steady.dissipation, "slipping": steady.slipping_share}
+        row |= {"slip_range": contacts["slip_range"].max(), "residual": steady.residual, **measured[0]}
+        if self.limits is not None:
+            if not (self.limits[1].proven and factor <= self.limits[1].load_factor):
+                found = dissipation_range(*asked, **self.options)
+                row["residual"] = max(steady.residual, found.residual)
+                measured += [self.load.measured(state) for state in found.steady_states]
+            ends = pd.DataFrame(measured).agg(["min", "max"])
+            row |= {f"{end}_{name}": ends[name][of] for name in ("damping", "frequency") for end, of in (("least", "min"), ("most", "max"))}
+        return _Seen(row, contacts.assign(load_factor=factor))
+
+    def _slides_off(self, factor: float) -> bool:
+        """Whether statics says so, also of the mean load alone, for which the numbers are NaN."""
+        return isinstance(self.gross, GrossSlip) and not self.gross.least <= factor <= self.gross.load_factor
+
+    def curve(self, seen: Sequence[_Seen]) -> BackboneCurve:
+        """The curve of what is seen at some load factors."""
+        table = pd.DataFrame([one.row for one in seen]).reindex(columns=["load_factor", "outcome", "residual", *SEEN, *RANGES])
+        logs, factors = np.log(table["work"].where(table["work"] > 0)), table["load_factor"]
+        contacts = pd.concat([one.by_contact for one in seen], ignore_index=True)
+        return BackboneCurve(
+            **{name: frozen(table[name]) for name in ("load_factor", *SEEN, *RANGES)},
+            outcome=tuple(table["outcome"]),
+            exponent=frozen(np.gradient(logs, np.log(factors)) if len(seen) > 1 else [np.nan]),
+            by_contact=contacts[["load_factor", "contact", "slipping", "work", "slip_range"]],
+            gross_slip=self.gross.load_factor if isinstance(self.gross, GrossSlip) else np.nan,
+            guaranteed_limit=np.nan if self.limits is None else self.limits[1].load_factor,
+            shakedown_limit=np.nan if self.limits is None else self.limits[0],
+            natural_frequency=self.load.natural_frequency,
+            note="; ".join(self._notes(seen)),
+            system=self.system,
+            cycle=self.cycle,
+            friction=self.friction,
+            steps=self.options["steps"],
+            residual=float(table["residual"].max()),
+        )
+
+    def _notes(self, seen: Sequence[_Seen]) -> list[str]:
+        """What is NaN, and what shares are of, in words."""
+        notes = []
+        if self.load.none:
+            notes.append(f"no displacement, stiffness, damping and frequency: {self.load.none}")
+        elif np.isnan(self.load.natural_frequency):
+            notes.append("no frequency: without a natural_frequency the load is no mode")
+        if self.system.width is None:
+            notes.append("shares are of the nodes: the system has no width")
+        if isinstance(self.gross, SolverError):
+            notes.append(f"no sliding-off load: {self.gross}")
+        elif beyond := [f"{one.row['load_factor']:g}" for one in seen if one.row["outcome"] == _SLIDES_OFF]:
+            notes.append(f"load factors {', '.join(beyond)}: {self.gross.reason}")
+        for one in seen:
+            at = f"load factor {one.row['load_factor']:g}"
+            if one.row["outcome"] == _FAILED:
+                notes.append(f"{at}: {one.error}")
+            elif one.row["outcome"] == Outcome.RATCHETING.name and not self.load.none:
+                notes.append(f"{at}: the contact ratchets, so its displacement has no range")
+        return notes
+
+
+def _checked_factors(load_factors: ArrayLike | None, gross: GrossSlip | SolverError) -> Array:
+    """The load factors of a curve, by default below the load that slides the bodies off."""
+    if load_factors is None:
+        if isinstance(gross, SolverError):
+            raise gross
+        if not 0 < gross.load_factor < np.inf:
+            raise ModelError(f"load_factors: None, and the load that slides the bodies off is {gross.load_factor:g}; give load factors")
+        return gross.load_factor * np.geomspace(_FROM, _TO, _COUNT)
+    factors = np.array(finite_numbers("load_factors", load_factors, least=0.0))
+    if not len(factors) or not (np.diff(factors, prepend=0.0) > 0).all():
+        raise ModelError(f"load_factors: {factors.tolist()}; give load factors that rise, the first one above 0")
+    return factors
+
+
+def _with_compliance(system: ContactSystem, cycle: LoadCycle, natural_frequency: float | None) -> tuple[ContactSystem, _Load]:
+    """The contact with a compliance, its own or one of which the load has what its natural frequency says; and the load."""
+    given = None if natural_frequency is None else finite_number("natural_frequency", natural_frequency, above=0.0)
+    first, *others = (np.array([corner.get(case, 0.0) for case in system.bonded]) for corner in cycle.corners)
+    if cycle.fixed or len(others) != 1 or not np.array_equal(first, -others[0]) or not first.any():
+        remedy = "give two opposed corners, [{'mode': 1.0}, {'mode': -1.0}], around a mean load, and no fixed part"
+        if given is not None:
+            raise ModelError(f"cycle: {cycle}; a mode has a natural_frequency, so {remedy}")
+        return system, _Load(none=f"the corners are not two opposed ones; {remedy}")
+    if system.compliance is None:
+        if given is None:
+            return system, _Load(none="the system has no compliance, which `condense` finds; of a mode give the natural_frequency")
+        compliance = (2 * np.pi * given) ** -2
+        return replace(system, compliance=compliance * np.outer(first, first) / (first @ first) ** 2), _Load(first, compliance, given)
+    compliance = float(first @ system.compliance @ first)
+    if not compliance > ROUNDING * np.abs(system.compliance).max():
+        if given is not None:
+            raise ModelError(f"corners: the load does no work on the glued bodies (compliance {compliance:g}); give a load of forces")
+        return system, _Load(none=f"the load does no work on the glued bodies (compliance {compliance:g}); give a load of forces")
+    own = 1 / (2 * np.pi * np.sqrt(compliance))
+    if given is not None and abs(own / given - 1) > _SAME_MODE:
+        raise ModelError(
+            f"natural_frequency: {given:g}, and the compliance of the load says {own:g}; give the load of a mass-normalised mode (`modal_load`), or "
+            "leave the natural frequency out"
+        )
+    return system, _Load(first, compliance, np.nan if given is None else own)
