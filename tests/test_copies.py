@@ -37,12 +37,8 @@ EXAMPLES = [
     fo.shakedown_limit(NODE, LIFTS, 0.5),
     fo.gross_slip(PUNCH.condense(), fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), 0.5),
     fo.march(PUNCH.condense(), fo.LoadCycle({"P": 1.0}, [{"Q": 0.1}, {"Q": -0.1}]), 0.5, 1.0, cycles=1).loop("Q"),
-<<<<<<< HEAD
-    fo.damping_curve(*ASKED, [0.5, 0.8], natural_frequency=1.0),
-    fo.report(*ASKED, [0.5]),
-=======
     fo.backbone_curve(*ASKED, [0.5, 0.8], natural_frequency=1.0),
->>>>>>> curve
+    fo.report(*ASKED, [0.5]),
     fo.worn_in(FLAT, CYCLE, 0.5, 0.8),
     fo.shakedown_limit(PAD, TURNS, 0.5),
     fo.safe_slip(PAD, TURNS, 0.5, 0.3),

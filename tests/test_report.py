@@ -34,7 +34,7 @@ def test_a_block_on_a_spring():
     assert report.curve.work == pytest.approx([0.0, 1 / 3]) and not report.missing
     assert "All nodes are closed under the mean load, and in each cycle" in report.kind
     assert any("Friction of 1 " in sentence for sentence in report.advice)
-    assert "work per cycle: 0.33333 N mm per depth (settles with the mesh: yes)" in str(report)
+    assert "work per cycle: 0.33333 N mm per depth (settles: yes)" in str(report)
     assert repr(report).startswith("Report(nodes=1, ") and max(map(len, str(report).splitlines())) <= 79
 
 

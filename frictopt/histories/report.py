@@ -47,11 +47,11 @@ def report(
 ) -> Report:
     """All that frictopt has to say of a joint under its loads, the user's load being that of load factor 1.
 
-    In this order: what kind of contact it is, by the nodes that the mean load leaves open; the load at which it slides as a whole (`gross_slip`); what
-    happens from assembly, no slip, at load factor 1 (`steady_state`); the curve of what grows with the load (`backbone_curve`); the limits
-    (`onset` aside, which belongs to the glued contact); the friction that would keep it stuck; and advice. What has no answer, such as a steady state
-    above gross slip, stands there with the reason. Where nodes are open in space, the shakedown limit is that with the nodes open that the mean load
-    opens, and the required friction is left out: both need a search of minutes that `shakedown_limit` and `required_friction` make.
+    Its parts are: the nodes that the mean load leaves open; the load at which bodies slide off (`gross_slip`); what happens from assembly without
+    slip at load factor 1 (`steady_state`); what grows with the load (`backbone_curve`); shakedown and guaranteed limit; the friction that would keep
+    the contact stuck (`required_friction`); and advice. A part without an answer, such as a steady state of bodies that slide off, stands there with
+    the reason. Where the mean load leaves nodes open in space, the shakedown limit is that with these nodes open, and guaranteed limit and required
+    friction are left out, for they search for minutes: ask `shakedown_limit`, `guaranteed_limit` and `required_friction` themselves.
 
     Parameters
     ----------
@@ -72,9 +72,9 @@ def report(
     --------
     >>> import frictopt as fo
     >>> punch = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6).condense()
-    >>> joint = fo.report(punch, fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}]), friction=0.5, load_factors=[0.5, 1.5])
+    >>> joint = fo.report(punch, fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}]), friction=0.9, load_factors=[0.5, 1.5])
     >>> print(joint.advice[0])
-    At your load the contact stops slipping from assembly, without residual slip.
+    From assembly without slip the contact stops slipping at your load.
     """
     f = np.array(friction_coefficients(friction, checked_system(system).nodes))
     checked_cycle(cycle).corner_reactions(system)  # says which load case is unknown

@@ -18,7 +18,7 @@ from ..contact.diagnosis import counted
 from ..contact.files import output
 from ..limits import GrossSlip, GuaranteedLimit, RequiredFriction, ShakedownLimit
 from ..transients import SteadyState
-from .backbone import BackboneCurve
+from .backbone_result import BackboneCurve
 
 _WIDTH = 79  # characters of a line
 _HEAD = """<!doctype html>
@@ -53,6 +53,10 @@ class Report(Shown):
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> joint = fo.report(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), friction=0.5)
     >>> print(joint.numbers[["number", "value", "settles"]].head(3).round(3).to_string(index=False))
+                          number  value settles
+                sliding-off load    inf     yes
+                  work per cycle   1.00     yes
+    share of the face that slips   0.25     yes
     """
 
     system: ContactSystem
@@ -150,7 +154,7 @@ class Report(Shown):
         """Title, sentences, table and picture of each part, in their order."""
         yield "Advice", self.advice, None, None
         yield "Kind of contact", [self.kind], None, None
-        yield "Numbers", [], self.numbers, self.limit
+        yield "Numbers", ["In brackets: does the number settle as elements shrink?"], self.numbers, self.limit
         if self.steady is not None:
             corners = [f"{k}: {name}" for k, name in enumerate(self.cycle.corner_names)]
             yield "Contacts at load factor 1", [f"Forces P, Q and f P at the corners {'; '.join(corners)}."], self.contacts, self.steady
@@ -165,10 +169,10 @@ class Report(Shown):
             lines += ["", title, "-" * len(title), *(fill(sentence, _WIDTH) for sentence in sentences)]
             if title == "Numbers":
                 for row in self.numbers.itertuples():
-                    lines.append(f"{row.number}: {row.value:.5g} {row.unit}".rstrip() + f" (settles with the mesh: {row.settles})")
+                    lines.append(f"{row.number}: {row.value:.5g} {row.unit}".rstrip() + f" (settles: {row.settles})")
                     lines.append(fill(row.meaning, _WIDTH, initial_indent="    ", subsequent_indent="    "))
             elif table is not None:
-                lines.append(table.to_string(index=False, float_format="{:.4g}".format, line_width=_WIDTH - 2).rstrip())
+                lines.append(table.to_string(index=False, float_format="{:.4g}".format, line_width=_WIDTH - 4).rstrip())
         return "\n".join(lines)
 
     def save(self, path: str | Path) -> None:
