@@ -26,7 +26,8 @@ _HEAD = """<!doctype html>
 <style>
 body {max-width: 60em; margin: 2em auto; padding: 0 1em; font-family: sans-serif; line-height: 1.4}
 table {border-collapse: collapse; font-size: 85%; display: block; overflow-x: auto}
-td, th {padding: .2em .6em; border-bottom: 1px solid #ccc; text-align: left; vertical-align: top}
+td, th {padding: .2em .6em; border-bottom: 1px solid #ccc; text-align: left; vertical-align: top; white-space: nowrap}
+td:last-child {white-space: normal}
 img {max-width: 100%}
 </style>"""
 
