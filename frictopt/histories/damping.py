@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ROUNDING, ContactSystem, LoadCycle, Outcome, Plotted, Shown, checked_cycle, checked_system, friction_coefficients, reactions
+from ..contact import ROUNDING, ContactSystem, Kept, LoadCycle, Outcome, Plotted, checked_cycle, checked_system, friction_coefficients, reactions
 from ..contact.checks import Array, finite_number, finite_numbers, flag, frozen, warns_of_odd_values
 from ..errors import ModelError, NoContinuation
 from ..limits import guaranteed_limit, shakedown_limit
@@ -20,7 +20,7 @@ _SAME_MODE = 1e-2  # two natural frequencies of one mode differ by less: codes w
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DampingCurve(Shown, Plotted):
+class DampingCurve(Kept, Plotted):
     """Frequency and damping of a contact at rising amplitudes of its load.
 
     Attributes
