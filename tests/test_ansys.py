@@ -94,5 +94,5 @@ def test_other_files_are_refused(tmp_path, bar):
 
 def test_without_the_reader_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "ansys.mapdl.reader", None)
-    with pytest.raises(fo.ModelError, match="ansys-mapdl-reader: not installed; install frictopt with its extra `ansys`"):
+    with pytest.raises(fo.ModelError, match=r"ansys-mapdl-reader: not installed; python -m pip install 'frictopt\[ansys\]'"):
         fo.read_ansys(FULL)

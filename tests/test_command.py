@@ -67,7 +67,7 @@ def test_a_limit_is_that_of_the_function_with_its_table_and_picture(kind, capsys
     assert main([*LIMIT, *CORNERS, "--kind", kind, "--table", "limit.csv", "--picture", "limit.png"]) == 0
     question = {"shakedown": fo.shakedown_limit, "guaranteed": fo.guaranteed_limit, "onset": fo.onset}[kind]
     found = question(CONTACT, fo.LoadCycle({"mean": 1.0}, CYCLE.corners), 0.4)
-    assert capsys.readouterr().out.startswith(repr(found))
+    assert capsys.readouterr().out.startswith(str(found))
     expected = found.to_frame()
     pd.testing.assert_frame_equal(pd.read_csv("limit.csv"), expected, check_dtype=False)
     assert plt.imread("limit.png").std() > 0
@@ -86,13 +86,13 @@ def test_a_history_in_a_file_is_a_load_cycle(capsys):
     history.to_csv("loads.csv", index=False)
     assert main([*LIMIT, "--history", "loads.csv", "--mean", "mean=1", "--tolerance", "0.05"]) == 0
     cycle = fo.LoadCycle.from_history(pd.read_csv("loads.csv"), mean={"mean": 1.0}, tolerance=0.05)
-    assert len(cycle.corners) == 6 and capsys.readouterr().out.startswith(repr(fo.shakedown_limit(CONTACT, cycle, 0.4)))
+    assert len(cycle.corners) == 6 and capsys.readouterr().out.startswith(str(fo.shakedown_limit(CONTACT, cycle, 0.4)))
     history.assign(time=pd.Timestamp("2026-01-01") + pd.to_timedelta(time, unit="h")).rename(columns={"time": "when"}).to_csv(
         "loads.csv", index=False
     )
     arguments = [*LIMIT, "--history", "loads.csv", "--mean", "mean=1", "--tolerance", "0.05"]
     assert main([*arguments, "--time", "when"]) == 0
-    assert capsys.readouterr().out.startswith(repr(fo.shakedown_limit(CONTACT, cycle, 0.4)))
+    assert capsys.readouterr().out.startswith(str(fo.shakedown_limit(CONTACT, cycle, 0.4)))
     assert main(arguments) == 2 and "history['when']" in capsys.readouterr().err
 
 
@@ -234,7 +234,7 @@ def test_a_study_says_what_is_unknown_and_what_is_missing(capsys):
 def test_an_answer_is_printed_where_its_picture_cannot_be_written(capsys):
     assert main([*LIMIT, *CORNERS, "--picture", "limit.odd"]) == 2
     said = capsys.readouterr()
-    assert "load_factor=" in said.out and "--picture: " in said.err
+    assert "load_factor " in said.out and "--picture: " in said.err
 
 
 def test_names_of_a_history_may_have_semicolons(capsys):
@@ -268,7 +268,7 @@ def test_an_interrupt_ends_with_its_code(number, monkeypatch, capsys):
 
 def test_a_command_runs_in_any_thread(capsys):
     with ThreadPoolExecutor(1) as threads:
-        assert threads.submit(main, ["look", "system.npz"]).result() == 0 and "ContactSystem(" in capsys.readouterr().out
+        assert threads.submit(main, ["look", "system.npz"]).result() == 0 and "ContactSystem\n" in capsys.readouterr().out
 
 
 def test_help_imports_no_solver():

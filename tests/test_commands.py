@@ -22,6 +22,7 @@ NOT_RUN = {
     "python -m pip install --quiet --editable '.[studies]'": "set up, of the environment that the tests run in",
     "python -m pip install --quiet --editable '.[test]'": "set up; `.ci/run` runs it",
     "python -m pip install --editable '.[dev]'": "set up; the job of style and types installs it",
+    "python -m pip install --editable '.[mesh]'": "set up, of a part of what the tests have",
     "python -m pip install --editable '.[docs]'": "set up; the job of the documentation installs it",
     "python -m pip install --editable '.[figures,mesh,nastran]'": "set up, of a part of what the tests have",
     "python -m pip install .": "set up; `.ci/wheel` installs the same",

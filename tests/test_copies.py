@@ -1,17 +1,21 @@
-"""Results are pickled, copied and deep-copied: nothing is lost, no array can be written, and the copy can be solved and drawn."""
+"""Results are pickled, copied, deep-copied and saved: nothing is lost, no array can be written, and the copy can be solved and drawn."""
 
 import copy
+import json
 import pickle
-from dataclasses import fields
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass, replace
+from datetime import UTC, date, datetime
 
 import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
 import pytest
 
 import frictopt as fo
 from answers import ANSWERS, ASKED, PAIR
-from frictopt.contact.result import Portable
+from frictopt.contact.result import Kept, Portable
 from frictopt.fem.recovery import BodyFields
 from systems import CYCLE, system
 
@@ -24,6 +28,7 @@ SHEARS = dict(zip("QR", np.eye(12), strict=False))
 PAD = fo.ContactSystem(np.diag(np.arange(12.0) + 4.0), GRID, {"P": np.repeat([0.0, 0.0, 1.0], 4), **SHEARS})
 TURNS = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"R": 1.0}, {"Q": -1.0}])
 PUNCH, BLOCKS = fo.scenes.PunchOnHalfPlane(elements=4, growth=1.6).model(), fo.scenes.SquarePunch(elements=2, growth=2.0).model()
+SHEARED = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])
 FLAT = system(np.eye(2), np.zeros((2, 2)), 0.0, [1.0, 2.0], 1.0, 0.0)
 EXAMPLES = [
     PAIR,
@@ -35,7 +40,7 @@ EXAMPLES = [
     fo.starts.Start(family="own", name="one", slip=[0.5, 0.0]),
     *ANSWERS,
     fo.shakedown_limit(NODE, LIFTS, 0.5),
-    fo.gross_slip(PUNCH.condense(), fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), 0.5),
+    fo.gross_slip(PUNCH.condense(), SHEARED, 0.5),
     fo.march(PUNCH.condense(), fo.LoadCycle({"P": 1.0}, [{"Q": 0.1}, {"Q": -0.1}]), 0.5, 1.0, cycles=1).loop("Q"),
     fo.backbone_curve(*ASKED, [0.5, 0.8], natural_frequency=1.0),
     fo.report(*ASKED, [0.5]),
@@ -92,6 +97,109 @@ def test_every_public_kind_of_result_is_among_the_examples():
     kinds = [BodyFields, *(getattr(room, name) for room in (fo, fo.results) for name in room.__all__)]
     public |= {kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Portable)}
     assert {type(result) for result in EXAMPLES} == public | {fo.starts.Start, fo.increments.Increment}
+
+
+def same(one, other):
+    """That two values are equal in type and in all that is in them, but for problems; the arrays of the other cannot be written."""
+    if is_dataclass(one):
+        names = [part.name for part in fields(one) if part.name != "problem"]
+        return type(one) is type(other) and all(same(getattr(one, name), getattr(other, name)) for name in names)
+    if isinstance(one, np.ndarray):
+        return one.dtype == other.dtype and one.shape == other.shape and one.tobytes() == other.tobytes() and not other.flags.writeable
+    if isinstance(one, pd.DataFrame | pd.Series):
+        of_table = not isinstance(one, pd.DataFrame) or (one.attrs == other.attrs and (one.dtypes == other.dtypes).all())
+        return of_table and one.equals(other) and one.index.equals(other.index) and type(one.index) is type(other.index)
+    if isinstance(one, Mapping):
+        return type(one) is type(other) and same(list(one.items()), list(other.items()))
+    if isinstance(one, tuple | list):
+        return type(one) is type(other) and len(one) == len(other) and all(map(same, one, other))
+    return type(one) is type(other) and (one == other or one != one)
+
+
+LIFTING = fo.shakedown_limit(NODE, LIFTS, 0.5, events=True)
+DATED = replace(LIFTS, times=[date(2020, 2, 29), datetime(2021, 1, 1, 12, 30, tzinfo=UTC), pd.Timestamp("2022-01-01 00:00:00.000000001")])
+SAVED = [
+    *(one for one in EXAMPLES if isinstance(one, Kept)),
+    LIFTING,
+    fo.gross_slip(replace(PUNCH.condense(), units="N, mm"), SHEARED, 0.5),
+    fo.shakedown_limit(NODE, DATED, 0.5),
+    fo.onset(NODE, DATED, 0.5),
+]
+
+
+@pytest.mark.parametrize("result", SAVED, ids=lambda one: type(one).__name__)
+def test_a_saved_result_comes_back_equal_in_all_numbers_and_words(result, tmp_path):
+    result.save(tmp_path / "one.npz")
+    again = fo.results.load(tmp_path / "one.npz")
+    assert same(result, again) and str(again) == str(result) and getattr(again, "problem", None) is None
+    if hasattr(result, "to_frame"):
+        assert again.to_frame().equals(result.to_frame())
+
+
+def test_results_of_every_kind_can_be_saved():
+    kinds = {kind for name in fo.results.__all__ if isinstance(kind := getattr(fo.results, name), type) and issubclass(kind, Portable)}
+    assert all(issubclass(kind, Kept) for kind in kinds) and kinds <= {type(result) for result in SAVED}
+
+
+def test_a_contact_that_stands_in_many_places_is_written_once(tmp_path):
+    found = next(one for one in EXAMPLES if isinstance(one, fo.results.DissipationRange))
+    found.save(tmp_path / "range.npz")
+    again = fo.results.load(tmp_path / "range.npz")
+    assert again.least_state.system is again.most_state.system is not found.least_state.system
+    with np.load(tmp_path / "range.npz") as archive:
+        assert sum(np.array_equal(array, found.least_state.system.S) for array in archive.values()) == 1
+
+
+def told(path, text, things, **arrays):
+    """An archive in the form of a result, with this text of JSON."""
+    np.savez(path, format="frictopt result 1", text=np.frombuffer(json.dumps([text, things]).encode(), np.uint8), **arrays)
+    return path
+
+
+def test_foreign_and_damaged_files_are_no_results(tmp_path):
+    path, limit = tmp_path / "a.npz", next(one for one in EXAMPLES if isinstance(one, fo.results.ShakedownLimit))
+    limit.save(path)
+    whole, rng, refused = path.read_bytes(), np.random.default_rng(3), 0
+    for _ in range(100):
+        damaged = bytearray(whole)
+        for spot in rng.integers(len(whole), size=3):
+            damaged[spot] ^= 1 << rng.integers(8)
+        path.write_bytes(damaged)
+        try:
+            assert same(limit, fo.results.load(path))
+        except fo.ModelError as error:
+            assert str(path) in str(error)
+            refused += 1
+    assert refused > 60
+    PAIR.save(tmp_path / "system.npz")
+    np.savez(tmp_path / "foreign.npz", a=np.eye(2))
+    np.savez(tmp_path / "objects.npz", format=np.array(["frictopt result 1", 1], dtype=object))
+    (tmp_path / "text.npz").write_text("not an archive")
+    for name in ("system", "foreign", "objects", "text", "none"):
+        with pytest.raises(fo.ModelError, match=f"path: .*{name}.npz' is not a result .*; give one that `save` of a result wrote"):
+            fo.results.load(tmp_path / f"{name}.npz")
+    with pytest.raises(fo.ModelError, match="is not a contact system"):
+        fo.ContactSystem.load(path)
+
+
+def test_a_file_makes_no_other_classes(tmp_path):
+    for things in ([{"Popen": [["args", "true"]]}], [{"ContactModel": []}], [{"Attempt": [["solver", "HIGHS"]]}], [{"Kept": []}]):
+        with pytest.raises(fo.ModelError, match="is not a result"):
+            fo.results.load(told(tmp_path / "a.npz", {"thing": 0}, things))
+    with pytest.raises(fo.ModelError, match="another version of frictopt wrote it: Attempt has other fields"):
+        fo.results.load(told(tmp_path / "a.npz", {"thing": 0}, [{"Attempt": [["solver", "HIGHS"]]}]))
+    with pytest.raises(fo.ModelError, match="is not a result"):
+        fo.results.load(told(tmp_path / "a.npz", {"eval": "1"}, []))
+
+
+def test_what_no_file_can_keep_is_named(tmp_path):
+    steady = next(one for one in EXAMPLES if isinstance(one, fo.results.SteadyState))
+    odd = replace(steady, cycle=replace(LIFTS, times=[date(2020, 1, 1), type("Easter", (date,), {})(2020, 4, 12)]))
+    with pytest.raises(fo.ModelError, match=r"SteadyState.cycle.times\[1\]: a Easter cannot be kept in a file; pickle the result instead"):
+        odd.save(tmp_path / "a.npz")
+    with pytest.raises(fo.ModelError, match=r"a\.csv' cannot be written"):
+        steady.save(tmp_path / "a.csv")
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_loads_of_a_copy_stay_read_only():

@@ -228,7 +228,7 @@ def test_other_files_of_nastran_are_refused(tmp_path):
 
 def test_without_pyyeti_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "pyyeti.nastran.bulk", None)
-    with pytest.raises(fo.ModelError, match="pyyeti: not installed; install frictopt with its extra `nastran`"):
+    with pytest.raises(fo.ModelError, match=r"pyyeti: not installed; python -m pip install 'frictopt\[nastran\]'"):
         fo.read_nastran(DATA / "joint.pch")
 
 

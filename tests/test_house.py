@@ -113,6 +113,13 @@ def test_every_public_name_is_listed_and_described():
                 assert inspect.getdoc(value), f"{name}.{member}"
 
 
+def test_dir_shows_what_is_public():
+    modules = [getattr(frictopt, name) for name in frictopt.__all__ if inspect.ismodule(getattr(frictopt, name))]
+    assert len(modules) == 5
+    for module in (frictopt, *modules):
+        assert dir(module) == sorted(module.__all__), module.__name__
+
+
 def test_all_errors_have_one_base():
     for name in errors.__all__:
         assert issubclass(getattr(errors, name), frictopt.FrictoptError | Warning)

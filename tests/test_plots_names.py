@@ -28,6 +28,7 @@ def feet(tangents):
 
 
 def named(axes):
+    axes = np.ravel(axes)[0]
     axes.figure.canvas.draw()
     texts = [text for text in axes.figure.findobj(Text) if text.get_text() in FEET and text.get_visible()]
     assert sorted(text.get_text() for text in texts) == FEET

@@ -132,10 +132,10 @@ def test_a_filled_face_leaves_its_hole_out_and_joins_no_contacts():
     ax = fo.shakedown_limit(contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), F).plot()
     (filled,) = [one for one in ax.collections if isinstance(one, TriMesh)]
     assert filled.get_array().shape == (len(points),)
-    mesh = face._triangles(contact, ring, np.ones(len(points), dtype=bool))
+    mesh = face._triangles(contact.contact, ring, np.ones(len(points), dtype=bool))
     corners = ring[mesh.get_masked_triangles()]
     sides = corners[:, 1:] - corners[:, :1]
     assert np.abs(np.linalg.det(sides)).sum() == pytest.approx(24 * np.sin(2 * np.pi / 24) * (3.5**2 - 2.0**2), rel=0.02)
     halves = replace(contact, contact=["a"] * 48 + ["b"] * 48)
-    apart = face._triangles(halves, ring, np.ones(len(points), dtype=bool)).get_masked_triangles()
+    apart = face._triangles(halves.contact, ring, np.ones(len(points), dtype=bool)).get_masked_triangles()
     assert ((apart < 48).all(axis=1) | (apart >= 48).all(axis=1)).all()

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.collections import TriMesh
@@ -35,7 +36,7 @@ def marks(ax):
 
 
 def check_face(ax, contact, axes, values, slip):
-    """Places, colours and arrows of the nodes (none of slip None); (N, 2) places."""
+    """Places, colours and arrows of the nodes (none of slip None, of either sense, for slips of 2 % of the longest and more); (N, 2) places."""
     places = contact.points @ axes[:2].T
     points, _, arrows = marks(ax)
     assert np.allclose(points.get_offsets(), places, atol=1e-14)
@@ -43,10 +44,13 @@ def check_face(ax, contact, axes, values, slip):
     assert np.allclose(colours, values, rtol=1e-9, atol=1e-14, equal_nan=True)
     assert (arrows is None) is (slip is None)
     if slip is not None:
-        assert np.allclose(arrows.get_offsets(), places, atol=1e-14)
-        assert np.allclose(np.column_stack([arrows.U, arrows.V]), slip, rtol=1e-12)
+        sizes = np.linalg.norm(slip, axis=1)
+        long = sizes >= 0.02 * sizes.max()
+        assert np.allclose(arrows.get_offsets(), places[long], atol=1e-14)
+        drawn = np.column_stack([arrows.U, arrows.V])
+        assert np.allclose(drawn * np.sign((drawn * slip[long]).sum(axis=1))[:, None], slip[long], rtol=1e-12)
         ax.figure.canvas.draw()
-        at = arrows.get_offset_transform().transform(places)
+        at = arrows.get_offset_transform().transform(places[long])
         shapes = [arrows.get_transform().transform(path.vertices) + place for path, place in zip(arrows.get_paths(), at, strict=True)]
         assert all(ax.bbox.contains(*point) for shape in shapes for point in shape), "the frame cuts an arrow"
     x, y = ax.get_xlim(), ax.get_ylim()
@@ -66,11 +70,12 @@ def test_a_limit_shows_the_ratio_at_the_first_corner_the_slip_and_the_nodes_of_t
     ax = limit.plot()
     q, p = reaction(contact, cycle(), limit.load_factor, 0, limit.slip)
     places = check_face(ax, contact, axes, np.where(p > 1e-9, q / (F * p), np.nan), limit.slip)
-    circled = marks(ax)[1].get_offsets()
-    nodes = sorted(set(limit.mechanism["node"]))
-    assert (len(nodes) == 1) is (contact is UNCOUPLED) and np.allclose(circled, places[nodes], atol=1e-14)
+    circled, shares = marks(ax)[1], limit.mechanism.groupby("node")["share"].sum()
+    nodes = shares.index.to_numpy()
+    assert (len(nodes) == 1) is (contact is UNCOUPLED) and np.allclose(circled.get_offsets(), places[nodes], atol=1e-14)
+    assert circled.get_sizes() == pytest.approx(400 * shares.to_numpy(), rel=1e-12) and shares.sum() == pytest.approx(1.0)
     assert ax.get_title() == rf"shakedown limit $\lambda_2$ = {limit.load_factor:.5g}"
-    assert [one.get_text() for one in ax.get_legend().get_texts()][-1] == "limiting node"
+    assert [one.get_text() for one in ax.get_legend().get_texts()][-1] == "limiting node; area: share"
     (bar,) = [one for one in ax.figure.axes if one is not ax]
     assert bar.get_ylabel() == f"$|q| / (f p)$ at {cycle().corner_names[0]}" and marks(ax)[0].get_clim() == (0, 1)
     names = ("position along the first tangent", "$x$") if contact is TURNED else ("$x$", "$y$")
@@ -111,10 +116,14 @@ def test_a_steady_state_shows_the_work_of_each_node(contact, axes):
     factor = 1.2 * fo.shakedown_limit(contact, cycle(), F).load_factor
     steady = fo.steady_state(contact, cycle(), F, factor, steps=4)
     ax = steady.plot()
-    check_face(ax, contact, axes, steady.to_frame()["dissipation"], steady.slip)
+    slips = steady.states().slip
+    pairs = slips[:, None] - slips[None]  # of all states of the cycle: the two that are furthest apart, of each node
+    most = np.linalg.norm(pairs, axis=-1).reshape(len(slips) ** 2, -1).argmax(axis=0)
+    check_face(ax, contact, axes, steady.to_frame()["dissipation"], pairs.reshape(-1, *slips.shape[1:])[most, np.arange(slips.shape[1])])
     assert marks(ax)[0].get_clim() == (0, steady.dissipation_per_node.max()) and steady.dissipation > 0
     assert ax.get_title() == f"cyclic slip, work of friction per cycle {steady.dissipation:.4g}"
-    assert [text.get_text().split(", longest")[0] for text in ax.get_legend().get_texts()] == [f"slip at {cycle().corner_names[-1]}"]
+    largest = steady.fretting_table()["slip_range"].max()
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == [f"slip range, longest {largest:.3g} (length)"]
 
 
 @ALL
@@ -168,24 +177,36 @@ def test_open_nodes_are_rings_without_slip_and_those_that_carry_nothing_do_not_s
     (arrows,) = [one for one in ax.collections if isinstance(one, Quiver)]
     (rings,) = [one for one in ax.collections if one.get_label() == "open node"]
     assert limit.open.tolist() == [False, True, False] and rings.get_offsets().tolist() == [[1.0, 0.0]]
-    assert np.where(arrows.Umask, np.nan, arrows.U) == pytest.approx([0.1, np.nan, 0.5], nan_ok=True)
+    assert arrows.U.tolist() == [0.1, 0.5] and arrows.get_offsets().tolist() == [[0.0, 0.0], [2.0, 0.0]]
     bonded = three.with_bonded({"mean": [0, 0, 0, 0, 0, 0, 1.0, 1.0, 0.0]})
     assert marks(fo.onset(bonded, shearing, F).plot())[1].get_offsets().tolist() == [[0.0, 0.0]]
 
 
-def test_contacts_of_several_planes_stand_side_by_side():
+def test_contacts_of_several_planes_have_a_panel_each_with_one_scale_of_colours_and_slips():
     faces = np.array(["lap"] * 3 + ["head"] * 3)
     frames = [np.eye(3)] * 3 + [TURN] * 3
-    several = fo.ContactSystem(FLAT.S, np.r_[FLAT.points[:3], FLAT.points[:3]], FLAT.bonded, frames=frames, contact=faces)
+    several = fo.ContactSystem(FLAT.S, np.r_[FLAT.points[:3], 10 * FLAT.points[:3]], FLAT.bonded, frames=frames, contact=faces)
     limit = fo.shakedown_limit(several, cycle(), F)
-    ax = limit.plot()
-    points, _, arrows = marks(ax)
-    places = np.asarray(points.get_offsets())
-    for own, frame in ((slice(0, 3), np.eye(3)), (slice(3, 6), TURN)):
-        seen = several.points[own] @ frame[:2].T
-        assert np.allclose(places[own] - places[own][0], seen - seen[0], atol=1e-14)
-    assert places[:3, 0].max() < places[3:, 0].min()
-    assert np.allclose(np.column_stack([arrows.U, arrows.V]), limit.slip) and [text.get_text() for text in ax.texts] == ["lap", "head"]
+    panels = limit.plot()
+    assert [ax.get_title() for ax in panels] == ["lap", "head"] and panels[0].get_title("left").startswith("shakedown limit")
+    found = [marks(ax) for ax in panels]
+    for own, frame, (points, _, _) in zip((slice(0, 3), slice(3, 6)), (np.eye(3), TURN), found, strict=True):
+        assert np.allclose(points.get_offsets(), several.points[own] @ frame[:2].T, atol=1e-14) and points.get_clim() == (0, 1)
+    assert np.allclose(np.concatenate([np.column_stack([arrows.U, arrows.V]) for *_, arrows in found]), limit.slip)
+    lap, head = (arrows.scale for *_, arrows in found)
+    sizes = [np.ptp(points.get_offsets(), axis=0).max() for points, *_ in found]
+    assert lap / head == pytest.approx(sizes[1] / sizes[0])  # as long on paper
+    (legend,) = panels[0].figure.legends
+    longest = f"residual slip, longest {np.linalg.norm(limit.slip, axis=1).max():.3g} (length)"
+    assert sorted(text.get_text() for text in legend.get_texts()) == ["limiting node; area: share", longest]
+    given = plt.subplots(1, 2)[1]
+    assert list(limit.plot(given)) == list(given)
+    with pytest.raises(fo.ModelError, match="give 2 matplotlib axes"):
+        limit.plot(given[0])
+    upper, lower = np.split(fo.dissipation_range(several, cycle(), F, 1.5 * limit.load_factor, steps=2).plot(), 2)
+    assert [ax.get_title() for ax in upper] == [ax.get_title() for ax in lower] == ["lap", "head"] and "most work" in lower[0].get_title("left")
+    assert upper[0].get_position().y0 > lower[0].get_position().y1
+    plt.close("all")
 
 
 def test_contacts_that_are_not_flat_or_above_each_other_are_refused_and_their_transients_drawn():

@@ -121,7 +121,7 @@ def test_without_meshio_all_but_mesh_files_works():
         "try:\n    fo.read_mesh('tests/data/pin.msh')\nexcept fo.ModelError as error:\n    print(error)"
     )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=Path(__file__).parents[1]).stdout
-    assert said.split("\n")[0] == "3" and "install frictopt with its extra `mesh`" in said
+    assert said.split("\n")[0] == "3" and "meshio: not installed; python -m pip install 'frictopt[mesh]'" in said
 
 
 OF_GMSH = "*Heading\n a.inp\n*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n5, 0, 2, 0\n6, 1, 2, 0\n******* E L E M E N T S *************\n"

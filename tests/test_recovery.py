@@ -98,6 +98,24 @@ def test_stress_along_the_interface():
     assert np.abs(soft).max() < 1e-4 and np.allclose(same[2:-2], strain[2:-2], rtol=0.02)
 
 
+def test_stresses_by_name():
+    """The rows as `BodyFields.stress` has them; von Mises' stress from the deviator of the whole tensor."""
+    model = fo.scenes.SquarePunch(elements=2, growth=2.0).model()
+    fields = model.recover({"P": 1.0}, np.zeros((9, 2)))
+    rows = dict(zip(("xx", "yy", "xy", "zz", "xz", "yz"), fields.stress["punch"], strict=True))
+    assert all(np.array_equal(fields.stress_of("punch", name), row) for name, row in rows.items())
+    tensors = np.moveaxis([[rows["".join(sorted(a + b))] for a in "xyz"] for b in "xyz"], -1, 0)
+    deviators = tensors - np.trace(tensors, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
+    mises = np.sqrt(1.5 * (deviators**2).sum(axis=(1, 2)))
+    assert fields.stress_of("punch", "von Mises") == pytest.approx(mises, rel=1e-12)
+    most = max(("punch", "block"), key=lambda name: fields.stress_of(name, "von Mises").max())
+    values = fields.stress_of(most, "von Mises")
+    at = ", ".join(f"{x:g}" for x in fields.bodies[most].mesh.p[:, values.argmax()])
+    assert f"largest_von_mises={values.max():.6g} in {most} at ({at})" in repr(fields)
+    z = model.bodies["punch"].mesh.p[2]
+    assert fields.stress_of("punch", "zz")[z > 0.99 * z.max()] == pytest.approx(-1.0, rel=0.05)  # the pressure there
+
+
 def test_mean_dilatation_has_its_own_stress():
     """A punch of rubber: div u times Lame's first constant would oscillate by hundreds of times the pressure."""
     rubber = fo.Material(1.0, 0.49999)
@@ -124,6 +142,8 @@ def test_a_steady_state_is_recovered_at_its_last_corner(name, mean, corner):
     (lambda model, fields: model.recover({"P": 1.0}), "slip: None; give the slip .*or a steady state"),
     (lambda model, fields: model.recover({"none": 1.0}, np.zeros(9)), "load case 'none': unknown"),
     (lambda model, fields: fields.at_contact(3), "side: 3"),
+    (lambda model, fields: fields.stress_of("none", "xx"), "body: 'none' is unknown"),
+    (lambda model, fields: fields.stress_of("punch", "xz"), "component: 'xz'; give 'xx' or 'yy' or 'xy' or 'zz' or 'von Mises'"),
     (lambda model, fields: fields.save("x.vtu", "none"), "body: 'none' is unknown"),
     (lambda model, fields: fields.save("nowhere/x.vtu", "punch"), "cannot be written"),
     (lambda model, fields: fields.save("x.odd", "punch"), "cannot be written"),

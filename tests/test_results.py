@@ -45,6 +45,21 @@ def test_a_result_says_its_answer_in_one_line_and_as_a_table(result, said):
     assert table.count("<table") == table.count("</table>") == 1
     assert table.count("<tr") >= len(said) and "array" not in table
 
+    lines = str(result).split("\n")
+    assert lines[0] == type(result).__name__ and all(len(line) <= 79 and line == line.rstrip() for line in lines)
+    assert " ".join(" ".join(lines[1:]).split()).count(" ") >= len(said)
+    assert len(lines) > 2 and all(line.startswith("  ") for line in lines[1:])
+
+
+def test_the_lines_of_a_result_have_its_answer_first_and_its_reason_second():
+    assert [line.split()[0] for line in str(LIMIT).split("\n")[1:3]] == ["load_factor", "reason"]
+    words = str(LIMIT).split()
+    assert " ".join(words[: words.index("least")]) == f"ShakedownLimit load_factor {LIMIT.load_factor:.6g} reason {LIMIT.reason}"
+    assert str(SAFE).split("\n")[1] == "  exists        True" and str(FIRST).split("\n")[1].startswith("  slip        OnsetEvent(corner=")
+    model = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model()
+    bodies = [line.removeprefix("  bodies") for line in str(model).split("\n") if "E=" in line]
+    assert len(bodies) == 2 and bodies[0].strip().startswith("punch: E=") and bodies[1].strip().startswith("block: E=")
+
 
 def test_the_largest_slip_in_space_is_that_of_a_node():
     node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "Q": [1, 0, 0], "R": [0, 1, 0]})

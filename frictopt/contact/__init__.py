@@ -32,6 +32,6 @@ from .coulomb import ContactState, Verdict, friction_coefficients, lengths, off_
 from .cycle import LoadCycle, checked_cycle
 from .parts import joined, parted
 from .progress import bar_of
-from .result import Attempt, LimitKind, Outcome, Plotted, Recorded, Shown, SolveRecord, Table, components, frame, places
+from .result import Attempt, Kept, LimitKind, Outcome, Plotted, Recorded, Shown, SolveRecord, Table, components, frame, places
 from .system import ContactSystem, checked_plane, checked_system, reactions
 from .tolerances import *

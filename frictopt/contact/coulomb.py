@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..errors import ModelError
 from .checks import Array, Booleans, check_entries, finite_array, finite_number, per_node, real_array, shown, whole_number
 from .parts import joined
-from .result import Shown, Table, components, frame
+from .result import Kept, Table, components, frame
 from .system import ContactSystem, checked_system
 
 
@@ -30,7 +30,7 @@ def friction_coefficients(friction: ArrayLike, nodes: int) -> Array:
 
 
 @dataclass(frozen=True, repr=False)
-class Verdict(Shown):
+class Verdict(Kept):
     """Largest violation of each equation of the contact law, dimensionless; a state that obeys the law exactly has 0.
 
     Attributes
@@ -176,7 +176,7 @@ def _states(name: str, value: object, shape: tuple[int, ...]) -> Array:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ContactState(Shown):
+class ContactState(Kept):
     """Slip and gap of all nodes under a load: all that the future of a quasi-static contact depends on.
 
     Nodes may be open. The reactions follow from the system, so the state fits the system and the friction that it was computed with.

@@ -1,19 +1,21 @@
-"""Files: those to be written, checked before anything is computed; that of a contact system, an npz archive of plain arrays; and what is printed."""
+"""Files: those to be written, checked before anything is computed; npz archives of plain arrays, as of a contact system; and what is printed."""
 
 import os
 import signal
 import sys
 import threading
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from ..errors import ModelError
 from .parts import joined
+
+T = TypeVar("T")
 
 WRITERS = {".csv": "to_csv", ".xlsx": "to_excel", ".parquet": "to_parquet"}
 """Ending of the file of a table -> the method of pandas that writes it."""
@@ -51,23 +53,21 @@ _NAMES = ("S", "points", "gap", "frames", "contact", "width", "E_star", "complia
 _FORM = "frictopt contact system 7"
 
 
-def write(path: str | Path, system: Any) -> None:
-    """Write a contact system to an npz archive under exactly this name: its parts (None as an empty array), load cases and bonded reactions."""
-    plain = {name: np.array([] if (value := getattr(system, name)) is None else value) for name in _NAMES}
-    bonded = [joined(*pair) for pair in system.bonded.values()]
+def packed(path: str | Path, form: str, **arrays: Any) -> None:
+    """Write an npz archive of plain arrays under exactly this name, with the name of what it holds."""
     try:
         if Path(path).suffix.lower() in _OTHERS:
             raise ValueError("it is an npz archive")
         if Path(path).exists() and not Path(path).is_file():
             raise OSError("it is a folder or a device")
         with Path(path).open("wb") as file:
-            np.savez(file, allow_pickle=False, format=_FORM, cases=list(system.bonded), bonded=bonded, **plain)
+            np.savez(file, allow_pickle=False, format=form, **arrays)
     except (OSError, TypeError, ValueError) as error:
         raise ModelError(f"path: {str(path)!r} cannot be written ({error}); give a file that ends in .npz, in a folder that exists") from error
 
 
-def read(source: str | Path) -> dict[str, Any]:
-    """The arguments of a contact system, from an archive."""
+def unpacked(source: str | Path, form: str, made: Callable[[dict[str, Any]], T], what: str, remedy: str) -> T:
+    """What is made of the arrays of an archive of that form; ModelError for any other file, and for a damaged one."""
     try:
         if not Path(source).is_file():
             raise FileNotFoundError("there is no such file")
@@ -76,11 +76,28 @@ def read(source: str | Path) -> dict[str, Any]:
                 raise ValueError(f"{damaged} is damaged")
         with np.load(source, allow_pickle=False) as archive:
             arrays = dict(archive)
-        if arrays.keys() != {"format", "cases", "bonded", *_NAMES} or str(arrays.pop("format")) != _FORM:
-            raise ValueError("it does not hold the arrays of a contact system")
-        bonded = dict(zip(arrays.pop("cases").tolist(), arrays.pop("bonded"), strict=True))
-        known = {name: None if not array.size else array if array.ndim else array.item() for name, array in arrays.items()}
+        if str(arrays.pop("format", "")) != form:
+            raise ValueError(f"it does not hold the arrays of {what}")
+        return made(arrays)
     except Exception as error:  # readers raise many kinds of error on a damaged or foreign file
         why = " ".join(str(error).split()) or type(error).__name__
-        raise ModelError(f"path: {str(source)!r} is not a contact system ({why}); give one of `frictopt condense` or ContactSystem.save") from error
+        raise ModelError(f"path: {str(source)!r} is not {what} ({why}); {remedy}") from error
+
+
+def write(path: str | Path, system: Any) -> None:
+    """Write a contact system: its parts (None as an empty array), load cases and bonded reactions."""
+    plain = {name: np.array([] if (value := getattr(system, name)) is None else value) for name in _NAMES}
+    packed(path, _FORM, cases=list(system.bonded), bonded=[joined(*pair) for pair in system.bonded.values()], **plain)
+
+
+def read(source: str | Path) -> dict[str, Any]:
+    """The arguments of a contact system, from an archive."""
+    return unpacked(source, _FORM, _arguments, "a contact system", "give one of `frictopt condense` or ContactSystem.save")
+
+
+def _arguments(arrays: dict[str, Any]) -> dict[str, Any]:
+    if arrays.keys() != {"cases", "bonded", *_NAMES}:
+        raise ValueError("it does not hold the arrays of a contact system")
+    bonded = dict(zip(arrays.pop("cases").tolist(), arrays.pop("bonded"), strict=True))
+    known = {name: None if not array.size else array if array.ndim else array.item() for name, array in arrays.items()}
     return {"bonded": bonded, **known}

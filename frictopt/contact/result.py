@@ -1,4 +1,4 @@
-"""Results: what kinds there are, how they travel (pickled and copied with read-only arrays) and are displayed, and how they were found."""
+"""Results: what kinds there are, how they travel (pickled, copied and saved, with read-only arrays) and are displayed, and how they were found."""
 
 from __future__ import annotations
 
@@ -8,11 +8,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from enum import Enum
 from importlib import import_module
+from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import numpy as np
 
 from .checks import Array
+
+_WIDE = 79  # characters of a line of a terminal
 
 
 class Portable:
@@ -50,7 +54,7 @@ Table: TypeAlias = "pd.DataFrame"
 
 
 class Shown(Portable):
-    """Base of results: one line for the console and a table for notebooks, both made of `_answer`."""
+    """Base of what is shown: in one line (`repr`), in short lines (`print`) and as a table in notebooks, all made of `_answer`."""
 
     _said: ClassVar[tuple[str, ...]] = ()
     """Names of the attributes that `_answer` says, where it says no others."""
@@ -62,9 +66,43 @@ class Shown(Portable):
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(f'{name}={_text(value)}' for name, value in self._answer().items())})"
 
+    def __str__(self) -> str:
+        answer = dict(self._answer())
+        first, wide = next(iter(answer), ""), max(map(len, answer), default=0)
+        names = sorted(answer, key=lambda name: (name != first, name != "reason"))  # the reason second
+        return "\n".join([type(self).__name__, *(line for name in names for line in _lines(name, answer[name], wide))])
+
     def _repr_html_(self) -> str:
         rows = "".join(f"<tr><th>{html.escape(name)}</th><td>{_html(value)}</td></tr>" for name, value in self._answer().items())
         return f"<table><caption>{type(self).__name__}</caption>{rows}</table>"
+
+
+class Kept(Shown):
+    """Base of results that can be saved."""
+
+    def save(self, path: str | Path) -> None:
+        """Write the result to a file, `limit.npz`, under exactly this name; `frictopt.results.load` gives it back.
+
+        The file is an npz archive of plain arrays and one text, no pickle: reading it runs no code of its own. All numbers, words and tables are
+        kept, also of the results and the contact in it. The cvxpy `problem` is not; it is None afterwards.
+
+        Raises
+        ------
+        ModelError
+            The file cannot be written, or has the ending of something else, such as `.csv`; or the result holds what no file can keep.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> import frictopt as fo
+        >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+        >>> limit = fo.shakedown_limit(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), friction=0.5)
+        >>> file = tempfile.mkdtemp() + "/limit.npz"
+        >>> limit.save(file)
+        >>> fo.results.load(file).load_factor == limit.load_factor
+        True
+        """
+        import_module("frictopt.histories.kept").save(self, path)  # here, for it knows all kinds of results
 
 
 class LimitKind(Enum):
@@ -147,7 +185,7 @@ class SolveRecord:
     seconds: float = 0.0
 
 
-class Recorded(Shown):
+class Recorded(Kept):
     """Base of results with a `record`."""
 
     record: SolveRecord
@@ -195,7 +233,15 @@ def _html(value: object) -> str:
     return "<br>".join(html.escape(line) for line in lines)
 
 
+def _lines(name: str, value: object, wide: int) -> list[str]:
+    """A name with its value in lines of a terminal, one or more for each entry of a mapping; names have a column of their own."""
+    texts = [f"{key}: {_text(part)}" for key, part in value.items()] if isinstance(value, Mapping) else [_text(value)]
+    head = " " * (wide + 4)
+    lines = [line for text in texts for line in wrap(text, _WIDE - len(head), break_long_words=False) or [""]]
+    return [f"  {name:<{wide}}  {lines[0]}".rstrip(), *(head + line for line in lines[1:])] if lines else [f"  {name}"]
+
+
 def _text(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
-    return value.name if isinstance(value, Enum) else str(value)
+    return value.name if isinstance(value, Enum) else repr(value) if isinstance(value, Shown) else str(value)

@@ -12,7 +12,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 from skfem import BilinearForm
 
-from ..contact import COUNTS, Array, Plotted, Shown, finite_number, first_of, frozen, shown, whole_number
+from ..contact import COUNTS, Array, Plotted, Shown, choice, finite_number, first_of, frozen, place, shown, whole_number
 from ..errors import ModelError, ModelWarning
 from .assembly import Assembly
 from .bodies import Body
@@ -22,6 +22,7 @@ from .loads import Expansion
 from .matrices.meshes import library
 
 _COMPONENTS = ("xx", "yy", "xy", "zz", "xz", "yz")  # the first four in the plane
+_MISES = "von Mises"
 _ARMS = {"triangle": [1, 2], "quad": [1, 3], "tetra": [1, 2, 3], "hexahedron": [1, 3, 4]}  # in the order of VTK, next to the first node
 _VTK = [_COMPONENTS.index(name) for name in ("xx", "yy", "zz", "xy", "yz", "xz")]
 
@@ -49,8 +50,8 @@ class BodyFields(Shown, Plotted):
     displacement
         Body name -> (d, nodes) displacements x, y (and z in space), length.
     stress, strain
-        Body name -> nodal values, rows xx, yy, xy (of the tensor), zz, and in space xz and yz. In the plane zz is normal to it, or the hoop direction
-        of an axisymmetric body. Stress tension positive.
+        Body name -> nodal values, rows xx, yy, xy (of the tensor), zz, and in space xz and yz, see `stress_of`. In the plane zz is normal to it, or
+        the hoop direction of an axisymmetric body. Stress tension positive.
     bodies
         Body name -> body.
     q, p
@@ -84,7 +85,30 @@ class BodyFields(Shown, Plotted):
     _sides: tuple[csr_matrix, csr_matrix]
 
     def _answer(self) -> Mapping[str, object]:
-        return {"bodies": list(self.displacement), "nodes": len(self.p)}
+        of, values = max(((name, von_mises(rows)) for name, rows in self.stress.items()), key=lambda one: float(one[1].max()))
+        at = place(self.bodies[of].mesh.p[:, values.argmax()])
+        return {"bodies": list(self.displacement), "nodes": len(self.p), "largest_von_mises": f"{values.max():.6g} in {of} at {at}"}
+
+    def stress_of(self, body: str, component: str) -> Array:
+        """(nodes,) nodal values of a stress in a body: "xx", "yy", "zz", "xy", in space "yz", "xz", or "von Mises", force per area, tension positive.
+
+        Raises
+        ------
+        ModelError
+            An unknown body or component.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> model = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model()
+        >>> fields = model.recover({"P": 1.0}, slip=[0.0] * 5)
+        >>> f"{fields.stress_of('punch', 'yy').min():.3f}", f"{fields.stress_of('block', 'von Mises').max():.3f}"
+        ('-4.333', '2.297')
+        """
+        self._body(body)
+        rows = self.stress[body]
+        known = (*_COMPONENTS[: len(rows)], _MISES)
+        return frozen([*rows, von_mises(rows)][known.index(choice("component", component, known))])
 
     def at_contact(self, side: int) -> tuple[Array, Array]:
         """Stress and strain along the contact at its nodes, in body 1 (`side=1`) or at their places in body 2 (`side=2`).

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from ..contact import ContactSystem, LoadCycle, Plotted, Shown, frame
+from ..contact import ContactSystem, Kept, LoadCycle, Plotted, frame
 from ..contact.checks import Array, finite_number
 from ..errors import ModelError
 from ..transients import SteadyState, steady_state
@@ -18,7 +18,7 @@ RANGES = ("least_damping", "most_damping", "least_frequency", "most_frequency")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BackboneCurve(Shown, Plotted):
+class BackboneCurve(Kept, Plotted):
     """What a joint does in the steady cycle at rising load factors, from a start without residual slip.
 
     Attributes

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import LEVEL, Array, ContactSystem, LoadCycle, Plotted, Shown, bar_of, finite_number, flag, frozen, warns_of_odd_values
+from ..contact import LEVEL, Array, ContactSystem, Kept, LoadCycle, Plotted, bar_of, finite_number, flag, frozen, warns_of_odd_values
 from ..errors import NoContinuation
 from ..limits.question import pose
 from ..transients import SteadyState
@@ -23,7 +23,7 @@ _BESIDE = 0.2  # how far from an end these levels are at most, over the range
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DissipationRange(Shown, Plotted):
+class DissipationRange(Kept, Plotted):
     """The least and the largest steady dissipation of all starts tried: two that occur, not bounds of what may occur.
 
     The true range is at least as wide. Only `least = 0` is known to be the true least, for no work of friction is negative.

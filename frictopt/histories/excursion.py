@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import Array, ContactSystem, LoadCycle, Plotted, Shown, checked_loads, finite_number, frozen, warns_of_odd_values
+from ..contact import Array, ContactSystem, Kept, LoadCycle, Plotted, checked_loads, finite_number, frozen, warns_of_odd_values
 from ..errors import ModelError
 from .protocols import REST, TransientsAfter, first_change
-from .starts import LoadStep, smooth, smooth_modes, spread
+from .starts import LoadStep, smooth, smooth_modes
 
 _SHARES, _NARROW = np.arange(1, 21) / 20, 1e-3  # shares of an excursion that are tried, and width of the last interval
 _SAMPLES = 60  # random slips in a row that an excursion has to bring to rest
@@ -21,7 +21,7 @@ _DECADES = -1.0, 1.0  # powers of ten of the size of random slips, over the spre
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LeastExcursion(Shown, Plotted):
+class LeastExcursion(Kept, Plotted):
     """The least excursion tried after which the contact comes to rest from all starts tried.
 
     Attributes
@@ -117,7 +117,7 @@ def least_excursion(
         raise ModelError("excursion: no load changes; give load case name -> change of its amplitude")
     system.reaction(largest)
     samples = _SAMPLES if transients.worst else 0
-    drawn = _drawn(np.random.default_rng(0), system, max(map(spread, transients.starts)))
+    drawn = _drawn(np.random.default_rng(0), system, max(float(np.ptp(start, axis=0).max()) for start in transients.starts))
     tried: list[tuple[float, str]] = []
 
     def turning(share: float) -> LoadStep:
@@ -152,4 +152,4 @@ def _drawn(rng: np.random.Generator, system: ContactSystem, size: float) -> Iter
     modes = smooth_modes(system)
     for number in count():
         slip = rng.normal(size=system.slip_shape) if number % 2 else smooth(rng, modes, system)
-        yield size * 10 ** rng.uniform(*_DECADES) * slip / max(spread(slip), np.finfo(float).tiny)
+        yield size * 10 ** rng.uniform(*_DECADES) * slip / max(np.ptp(slip, axis=0).max(), np.finfo(float).tiny)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ..contact import LARGEST_SEED, Array, ContactState, LoadCycle, Outcome, Shown, finite_number, frozen, lengths, parted, reactions, whole_number
+from ..contact import LARGEST_SEED, Array, ContactState, Kept, LoadCycle, Outcome, finite_number, frozen, lengths, parted, reactions, whole_number
 from ..errors import ModelError, NoContinuation
 from ..limits import GuaranteedLimit, safe_vertices
 from ..transients import march, steady_state
@@ -26,7 +26,7 @@ _DECADES = -1.0, 2.0  # powers of ten of the size of random slips, over the larg
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GuaranteeCheck(Shown):
+class GuaranteeCheck(Kept):
     """The verification of a guaranteed limit by transients.
 
     Attributes

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, Outcome, Plotted, Shown, checked_cycle, checked_system, friction_coefficients
+from ..contact import ContactSystem, Kept, LoadCycle, Outcome, Plotted, checked_cycle, checked_system, friction_coefficients
 from ..contact.checks import Array, choice, finite_array, finite_number, frozen, listed_parts, warns_of_odd_values, whole_number
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import shakedown_limit
@@ -84,7 +84,7 @@ def first_change(changed: Callable[[float], bool], grid: Array, low: float, tole
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LimitAfterProtocol(Shown, Plotted):
+class LimitAfterProtocol(Kept, Plotted):
     """The load factor up to which a contact comes to rest after a protocol, by transients.
 
     Attributes

@@ -22,7 +22,6 @@ from ..transients.cycles import Run
 from ..transients.march import path_of
 from ..transients.steady import reported
 from .ascent import Ascent
-from .starts import spread
 
 _WORK_GAIN = 100 * RESIDUAL  # a step that gains less work, relative, is none
 _FIRST = 0.25  # first trust region, over the spread of the slips of the orbit
@@ -187,7 +186,7 @@ def _nearly(run: Run) -> Settled | None:
 
 def _spread(slip: Array, path: Transient) -> float:
     """Largest less least slip; the slip scale of the mean load where all are the same."""
-    return spread(slip) or path.force / path.system.stiffness_scale
+    return float(np.ptp(slip, axis=0).max()) or path.force / path.system.stiffness_scale
 
 
 class RangeStarts:

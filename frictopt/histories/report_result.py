@@ -13,7 +13,7 @@ from textwrap import fill
 import numpy as np
 import pandas as pd
 
-from ..contact import Array, ContactState, ContactSystem, LoadCycle, Outcome, Plotted, Shown
+from ..contact import Array, ContactState, ContactSystem, Kept, LoadCycle, Outcome, Plotted
 from ..contact.diagnosis import counted
 from ..contact.files import output
 from ..limits import GrossSlip, GuaranteedLimit, RequiredFriction, ShakedownLimit
@@ -33,7 +33,7 @@ img {max-width: 100%}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Report(Shown):
+class Report(Kept):
     """What there is to know of a joint under its loads. `print` shows it as text, `save` writes it with its pictures.
 
     Attributes
@@ -177,16 +177,19 @@ class Report(Shown):
         return "\n".join(lines)
 
     def save(self, path: str | Path) -> None:
-        """Write the report with its pictures into one HTML file, which needs no other.
+        """Write the report with its pictures into one HTML file, which needs no other; under another name than .html as any result, to be loaded.
 
         Raises
         ------
         ModelError
-            The name does not end in .html, or is in no folder that exists.
+            The file cannot be written.
         ImportError
             matplotlib is not installed (extra `figures`).
         """
-        file, parts = output(path, ".html"), [_HEAD, f"<h1>Joint of {self.system.nodes} contact nodes</h1><p>{escape(str(self.cycle))}</p>"]
+        if Path(path).suffix != ".html":
+            super().save(path)
+            return
+        file, parts = output(path), [_HEAD, f"<h1>Joint of {self.system.nodes} contact nodes</h1><p>{escape(str(self.cycle))}</p>"]
         png = import_module("frictopt.plots").png  # here, for matplotlib is slow to import and need not be installed
         for title, sentences, table, shown in self._sections():
             parts += [f"<h2>{title}</h2>", *(f"<p>{escape(sentence)}</p>" for sentence in sentences)]

@@ -1,4 +1,4 @@
-"""What questions answer: the classes of all results, for `isinstance` and for type hints; and how a store of them is read."""
+"""What questions answer: the classes of all results, for `isinstance` and for type hints; and how files and stores of them are read."""
 
 from ..contact import Attempt, SolveRecord, Verdict
 from ..limits import Design, GrossSlip, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, ShakedownLimit
@@ -7,6 +7,7 @@ from .backbone_result import BackboneCurve
 from .dissipation_range import DissipationRange
 from .excursion import LeastExcursion
 from .guarantee import GuaranteeCheck
+from .kept import load
 from .protocols import LimitAfterProtocol
 from .report_result import Report
 from .runs import DamagedRows, merge_stores, read_store
@@ -39,6 +40,11 @@ __all__ = [
     "Verdict",
     "WearHistory",
     "WornIn",
+    "load",
     "merge_stores",
     "read_store",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -21,6 +21,11 @@ from ..transients.march import path_of
 
 __all__ = ["LoadStep", "Start", "assembled_slip", "given_slips", "no_slip", "overloads", "random_slips", "safe_slips", "safe_vertices"]
 
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 _MODES = 6  # degree of the Chebyshev polynomials that make up a smooth slip
 _MOST = 100_000  # slips of a kind and amplitude; more would fill the memory
 _ASSEMBLED_FROM = 1e-6  # share of the mean load at which assembly begins: at no load at all every node is closed without pressure
@@ -168,11 +173,6 @@ def smooth_modes(system: ContactSystem) -> Array:
 def smooth(rng: np.random.Generator, modes: Array, system: ContactSystem) -> Array:
     """A sum of modes with normally distributed coefficients, (N,) or (N, 2)."""
     return modes @ rng.normal(size=(modes.shape[1], *system.slip_shape[1:]))
-
-
-def spread(slip: Array) -> float:
-    """Largest difference of two nodes' slips along a tangent."""
-    return float(np.ptp(slip, axis=0).max())
 
 
 def root_mean_square(slip: Array) -> float:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..contact import ContactSystem, LoadCycle, Plotted, Shown, components, frame, lengths, parted, places
+from ..contact import ContactSystem, Kept, LoadCycle, Plotted, components, frame, lengths, parted, places
 from ..contact.checks import Array, finite_array, frozen
 from ..contact.tolerances import RESIDUAL, ROUNDING
 from ..errors import SolverError
@@ -22,7 +22,7 @@ _WEIGHT = ROUNDING  # weights of slip below this share of the stresses that they
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LeastSlip(Shown, Plotted):
+class LeastSlip(Kept, Plotted):
     """Proven lower bound of slip and gaps in every cycle at a load factor, from every start; where nodes are open, while these carry nothing.
 
     The sum over the corners of `g @ v + h @ w` is at least `bound`. Theory, eq. (20). `v` and `w` are slips and gaps at the corners of one cycle,

@@ -1,6 +1,7 @@
 """Pictures of models: the meshes of their bodies, contacts, supports and loads; fields in the bodies; and of contact systems."""
 
 import re
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, TypeAlias
@@ -9,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from mpl_toolkits.mplot3d.proj3d import proj_transform
 
 from ..contact import Array, ContactSystem, Integers
 from ..fem.assembly import nodes_of
@@ -24,6 +26,8 @@ Mesh: TypeAlias = Any  # of scikit-fem
 
 _NAME = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "pad": 2.0}
 _ABOVE = 1e3  # of names in space: above all faces, to which matplotlib gives numbers by their distance
+_ZOOM = 1.15  # of bodies in space: matplotlib leaves more room around them than the names of the axes need
+_LINE = 16.0  # height of a name in space with its frame, points
 _BESIDE = {"shrink": 0.6, "pad": 0.12}  # of a colour bar in space, beside the labels of the axis z
 
 
@@ -57,7 +61,8 @@ def _body(axes: AnyAxes, mesh: Mesh, number: int, name: str, face: float, edge: 
 def _axes_of(bodies: Mapping[str, Body], ax: AnyAxes) -> tuple[AnyAxes, Array]:
     """Axes for bodies, and the (2, d) least and largest of their coordinates."""
     points = np.concatenate([body.mesh.p for body in bodies.values()], axis=1)
-    return new_axes(ax, size=(6.4, 4.8), in_space=len(points) == 3)[0], np.array([points.min(axis=1), points.max(axis=1)])
+    in_space = len(points) == 3
+    return new_axes(ax, size=(8.0, 5.4) if in_space else (6.4, 4.8), in_space=in_space)[0], np.array([points.min(axis=1), points.max(axis=1)])
 
 
 def _finished(axes: AnyAxes, ends: Array, room: float) -> None:
@@ -67,7 +72,7 @@ def _finished(axes: AnyAxes, ends: Array, room: float) -> None:
         axes.set_aspect("equal")
         return
     low, high = ends[0] - room, ends[1] + room
-    axes.set_box_aspect(high - low)
+    axes.set_box_aspect(high - low, zoom=_ZOOM)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]), zlabel="$z$ (length)")
     axes.grid(False)
     for axis, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), (high - low) / (high - low).max(), strict=True):
@@ -81,7 +86,8 @@ def _named(axes: AnyAxes, ax: AnyAxes, in_space: bool) -> AnyAxes:
         return axes
     if not in_space:
         axes.figure.set_layout_engine("compressed")
-    axes.figure.legend(loc="outside right upper", handlelength=2.2)
+    beside: Look = {"borderpad": 2.0} if in_space else {}  # the layout leaves no room for the names of axes in space
+    axes.figure.legend(loc="outside right upper", handlelength=2.2, **beside)
     return axes
 
 
@@ -99,7 +105,31 @@ def _model(given: ContactModel | Scene, ax: AnyAxes | None = None) -> AnyAxes:
     for number, case in enumerate(model.loads, start=len(model.bodies)):
         _load(axes, model, case, length, series(number)["color"])
     _finished(axes, ends, length)
-    return _named(axes, ax, in_space)
+    _named(axes, ax, in_space)
+    if in_space:
+        _apart(axes)
+    return axes
+
+
+def _apart(axes: AnyAxes) -> None:
+    """Move names in space upwards until none covers another one, each with a line to its place."""
+    axes.figure.draw_without_rendering()
+    place, up = axes.transData, axes.figure.dpi / 72 * _LINE
+
+    def seen(x: float, y: float, z: float) -> Array:
+        return np.asarray(place.transform(proj_transform(x, y, z, axes.get_proj())[:2]))
+
+    taken = list[tuple[Array, float]]()
+    for text in sorted(axes.texts, key=lambda text: float(seen(*text.get_position_3d())[1])):
+        x, y, z = text.get_position_3d()
+        half, lifted = text.get_window_extent().width / 2, z
+        rise = float(seen(x, y, z + 1.0)[1] - seen(x, y, z)[1])
+        while any(abs(at[1] - seen(x, y, lifted)[1]) < up and abs(at[0] - seen(x, y, lifted)[0]) < half + wide for at, wide in taken):
+            lifted += up / 4 / rise
+        taken.append((seen(x, y, lifted), half))
+        if lifted > z:
+            text.set_position_3d((x, y, lifted))
+            axes.plot([x, x], [y, y], [z, lifted], color=BLACK, lw=0.8, zorder=_ABOVE - 1)
 
 
 def _contacts(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
@@ -150,7 +180,8 @@ def _load(axes: AnyAxes, model: ContactModel, case: str, length: float, color: s
         look: Look = {"linewidth": 1.0, "arrow_length_ratio": 0.35} if in_space else {"width": 0.003, "headwidth": 6, "zorder": 2.5}
         arrows(axes, (points - np.where(pressing, step, 0.0)).T, step.T, color=color, **look)
     nowhere: list[list[float]] = [[]] * (3 if in_space else 2)
-    axes.plot(*nowhere, color=color, marker=">", label=f"load {case}" + (f" ({', '.join(others)})" if others else ""))
+    kinds = [f"{count} x {kind}" if count > 1 else kind for kind, count in Counter(others).items()]
+    axes.plot(*nowhere, color=color, marker=">", label=f"load {case}" + (f" ({', '.join(kinds)})" if kinds else ""))
 
 
 @picture.register
@@ -206,7 +237,7 @@ def _system(system: ContactSystem, ax: AxesArray | None = None) -> AxesArray:
     normals = 0.1 * float(np.ptp(system.points, axis=0).max() or 1.0) * system.normals[few]
     if system.tangents == 2:
         count = len(system.bonded)
-        panels: list[Any] = new_axes(ax, count, (4.8 * min(count, 2), 3.2 * -(-count // 2)), common_x=False, in_space=True)
+        panels: list[Any] = new_axes(ax, count, (4.8 * min(count, 2), 3.2 * -(-count // 2)), common_x=False, in_space=True, columns=min(count, 2))
         for axes, (case, (_, p)) in zip(panels, system.bonded.items(), strict=True):
             points = axes.scatter(*system.points.T, c=p / width, cmap="cividis", s=14, depthshade=False)
             arrows(axes, begin, normals, color=color, linewidth=0.6)

@@ -1,6 +1,8 @@
-"""Values at the nodes of contacts in space, on one map of their faces: seen along their normals, or unrolled about an axis."""
+"""Values at the nodes of contacts in space, on maps of their faces: seen along their normals, or unrolled about an axis."""
 
 from collections.abc import Sequence
+from math import ceil
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib import colormaps
@@ -9,20 +11,62 @@ from matplotlib.transforms import offset_copy
 from matplotlib.tri import Triangulation
 
 from ..contact import Array, Booleans, ContactSystem, Integers
+from ..contact.checks import Names
 from ..errors import ModelError
 from ..fem.interface import frames_of
-from .style import BLACK, GREY, SERIES, Look, arrows, slanted, spread
+from .style import BLACK, FACE, GREY, SERIES, AxesArray, Look, arrows, new_axes, spread
 
 _LEAST = 0.1  # spread of normals over the largest: that of two flat sides is none; cosine between normals and their mean
 _CAP = 0.5  # the same cosine: faces that turn on about an axis are unrolled; sine between normals and such an axis
 _FLAT = 1e-9  # difference of directions, of nodes in one plane or at one angle; distance of nodes at one place, over the size of the contact
 _POINT = 6.0, 160.0  # least and largest area of a point, points^2
-_PLATE = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}  # under names that arrows may cross
+_ROW, _PANEL = 3, 2.7  # panels of one row, else as many rows as columns; side of one of several panels, inches
+_RING = 40  # area of a ring in a legend, points^2
+_MANY, _FEW, _SHORT = 60, 24, 0.02  # most arrows of one map, of each of several; those below this share of the longest are not drawn
 _FAR = 1.8  # times the edges at its corners: an edge that spans a hole or a notch of the face
 
 
+class Face(NamedTuple):
+    """What one map shows: a contact (or several in one plane, without a name), its nodes, places (n, 2), names of the axes, turns to the map."""
+
+    contact: str
+    nodes: Integers
+    places: Array
+    labels: tuple[str, str]
+    turn: Array
+
+
+def faces_of(system: ContactSystem) -> list[Face]:
+    """One face where all nodes lie in one plane, beside each other, or belong to one contact; else one for each contact."""
+    every, names = np.arange(system.nodes), [] if system.contact is None else list(dict.fromkeys(system.contact.tolist()))
+    if len(names) < 2 or np.ptp(system.frames, axis=0).max() <= _FLAT:
+        try:
+            return [Face("", every, *_seen(system, every))]
+        except ModelError:
+            if len(names) < 2:
+                raise
+    nodes = [np.flatnonzero(system.contact == name) for name in names]
+    return [Face(name, own, *_seen(system, own)) for name, own in zip(names, nodes, strict=True)]
+
+
+def panels_of(ax: Axes | AxesArray | None, system: ContactSystem, blocks: int = 1, more: int = 0) -> list[Axes]:
+    """Axes along a contact in the plane; in space for `blocks` maps of its faces, each a panel, in rows, and so many `more`."""
+    if system.tangents == 1:
+        return new_axes(ax)
+    faces = len(faces_of(system))
+    columns = faces if faces <= _ROW else ceil(faces**0.5)
+    rows = blocks * -(-faces // columns) if not more else -(-(faces + more) // columns)
+    size = (FACE[0], FACE[1] * rows) if faces == 1 else (_PANEL * columns + 1.2, _PANEL * rows + 0.8)
+    return new_axes(ax, blocks * faces + more, size, common_x=False, columns=columns, blocks=blocks)
+
+
+def together(panels: Sequence[Axes]) -> Axes | AxesArray:
+    """What a picture returns: its axes, an array of several."""
+    return panels[0] if len(panels) == 1 else np.array(panels)
+
+
 def face_map(
-    axes: Axes,
+    panels: Sequence[Axes],
     system: ContactSystem,
     values: Array,
     name: str,
@@ -31,15 +75,39 @@ def face_map(
     slip: Array | None = None,
     slip_name: str = "",
     opened: Booleans | None = None,
-    circled: tuple[Sequence[int], str] = ((), ""),
-) -> Axes:
-    """Values of the nodes, (N,) >= 0, as colours up to `most`, grey where NaN; slips (N, 2) as arrows, open nodes as rings, and some circled."""
-    places, labels, names, turn = places_of(system)
-    size = float(np.clip(25_000 / system.nodes / max(1, len(names)), *_POINT))
-    closed = np.ones(system.nodes, dtype=bool) if opened is None else ~opened
-    known = closed & np.isfinite(values)
+    circled: tuple[Array, str] | None = None,
+) -> Axes | AxesArray:
+    """Values of the nodes, (N,) >= 0, as colours up to `most`, grey where NaN, in a panel for each face; the title stands above the first one.
+
+    Slips (N, 2) are arrows, open nodes small rings; `circled` are the areas of rings round all nodes, (N,), 0 for none, with their name.
+    """
+    faces, closed = faces_of(system), np.ones(system.nodes, dtype=bool) if opened is None else ~opened
+    title, several = panels[0].get_title(), len(faces) > 1
     colours: Look = {"cmap": colormaps["cividis"].with_extremes(bad=GREY), "vmin": 0.0, "vmax": most or float(values.max()) or 1.0}
-    if (mesh := _triangles(system, places, known)) is not None:
+    longest = 0.0 if slip is None else float(np.nanmax(np.linalg.norm(slip[closed], axis=1), initial=0.0))
+    for axes, face in zip(panels, faces, strict=True):
+        shown = _values(axes, system, face, values, closed, (6_000 if several else 25_000) / len(face.nodes), colours)
+        half = _frame(axes, face)
+        if slip is not None and longest > 0:
+            _slips(axes, face, np.where(closed[:, None], slip, np.nan)[face.nodes], longest, f"{slip_name}, longest {longest:.3g} (length)", several)
+        if circled is not None and (nodes := face.nodes[circled[0][face.nodes] > 0]).size:
+            at, look = face.places[np.isin(face.nodes, nodes)], {"facecolors": "none", "edgecolors": SERIES[1]["color"], "linewidths": 1.4}
+            axes.scatter(at[:, 0], at[:, 1], s=circled[0][nodes], zorder=2.8, **look)
+            axes.scatter([], [], s=_RING, label=circled[1], **look)
+    if several:
+        _names(panels, faces)
+        panels[0].set_title(f"{title}\n", loc="left")
+    bar: Look = {"shrink": 0.7, "aspect": 30} if several else {"shrink": min(1.0, max(0.5, 1.5 * half[1] / half[0]))}  # no taller than a wide map
+    panels[0].figure.colorbar(shown, ax=list(panels), label=name, **bar)
+    _legend(panels)
+    return together(panels)
+
+
+def _values(axes: Axes, system: ContactSystem, face: Face, values: Array, closed: Booleans, size: float, colours: Look) -> Any:
+    """Values of a face, filled between neighbours, with its open nodes as rings."""
+    places, closed, values = face.places, closed[face.nodes], values[face.nodes]
+    known, size = closed & np.isfinite(values), float(np.clip(size, *_POINT))
+    if (mesh := _triangles(None if system.contact is None else system.contact[face.nodes], places, known)) is not None:
         axes.tripcolor(mesh, np.where(known, values, 0.0), shading="gouraud", zorder=0.5, rasterized=True, **colours)
         size = max(_POINT[0], size / 4)
     shown = axes.scatter(places[closed, 0], places[closed, 1], c=values[closed], s=size, plotnonfinite=True, **colours)
@@ -47,45 +115,59 @@ def face_map(
         axes.scatter(places[~closed, 0], places[~closed, 1], s=0.6 * size, facecolors="none", edgecolors=GREY, linewidths=1.0, label="open node")
     if np.isnan(values[closed]).any():
         axes.scatter([], [], s=size, color=GREY, label="node without friction bound")
-    half = _frame(axes, places, labels, names)
-    axes.figure.colorbar(shown, ax=axes, label=name, shrink=min(1.0, max(0.5, 1.5 * half[1] / half[0])))  # no taller than a wide map
-    if slip is not None:
-        _slips(axes, places, turn, np.where(closed[:, None], slip, np.nan), slip_name)
-    nodes, why = circled
-    if len(nodes):
-        axes.scatter(places[nodes, 0], places[nodes, 1], s=1.6 * size, facecolors="none", edgecolors=SERIES[1]["color"], linewidths=1.4, label=why)
-    if axes.get_legend_handles_labels()[1]:
-        below = offset_copy(axes.transAxes, axes.figure, y=-30.0, units="points")  # type: ignore[arg-type]  # the height of the labels; any kind of figure will do
-        axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), bbox_transform=below, ncols=2)
-    return axes
+    return shown
 
 
-def _frame(axes: Axes, places: Array, labels: tuple[str, str], names: dict[str, Array]) -> Array:
-    """Labels of the axes, names above the contacts, and room for all of them; (2,) half the size of the map."""
-    axes.set(xlabel=f"{labels[0]} (length)", ylabel=f"{labels[1]} (length)")
-    look: Look = {"ha": "center"} | slanted(names, "left", "bottom")
-    for contact, place in names.items():
-        axes.annotate(contact, (place[0], place[1]), xytext=(0.0, 8.0), textcoords="offset points", zorder=4, bbox=_PLATE, **look)
-    half = np.ptp(places, axis=0) / 2
+def _names(panels: Sequence[Axes], faces: Sequence[Face]) -> None:
+    """The contact above each of several panels, and names of axes only where those of the panel beside or below are others."""
+    spec = panels[0].get_subplotspec()
+    columns = 1 if spec is None else spec.get_gridspec().ncols
+    for number, (axes, face) in enumerate(zip(panels, faces, strict=True)):
+        axes.set_title(face.contact)
+        if number + columns < len(faces) and faces[number + columns].labels[0] == face.labels[0]:
+            axes.set_xlabel("")
+        if number % columns and faces[number - 1].labels[1] == face.labels[1]:
+            axes.set_ylabel("")
+
+
+def _frame(axes: Axes, face: Face) -> Array:
+    """The names of the axes, and room for all; (2,) half the size of the map."""
+    axes.set(xlabel=f"{face.labels[0]} (length)", ylabel=f"{face.labels[1]} (length)")
+    half = np.ptp(face.places, axis=0) / 2
     half = np.maximum(half, 0.25 * half.max() or 1.0)  # nodes on a line get a map as well
-    axes.update_datalim((places.max(axis=0) + places.min(axis=0)) / 2 + half * np.array([[-1.0], [1.0]]))
-    axes.margins(0.075, 0.2 if names else 0.075)
+    axes.update_datalim((face.places.max(axis=0) + face.places.min(axis=0)) / 2 + half * np.array([[-1.0], [1.0]]))
+    axes.margins(0.075)
     axes.set_aspect("equal")
     return np.asarray(half)
 
 
-def _slips(axes: Axes, places: Array, turn: Array, slip: Array, name: str) -> None:
-    """Draw the slip of the nodes as arrows, as the map sees them, none where it is NaN."""
-    longest = float(np.nanmax(np.linalg.norm(slip, axis=1), initial=0.0))
-    if longest > 0:
-        few = sorted(spread(places.T, 60))
-        seen = np.einsum("nik,nk->ni", turn, slip)[few]
-        reach = 0.12 * float(np.ptp(places[few], axis=0).max() or 1.0) / float(np.nanmax(np.linalg.norm(seen, axis=1)) or 1.0)
-        arrows(axes, places[few], seen, reach, zorder=3, facecolor="white", edgecolor=BLACK, linewidth=0.5, width=0.007)
-        axes.plot([], [], linestyle="none", marker=r"$\rightarrow$", markersize=11, color=BLACK, label=f"{name}, longest {longest:.3g} (length)")
+def _slips(axes: Axes, face: Face, slip: Array, longest: float, name: str, several: bool) -> None:
+    """Draw the slip of the nodes (n, 2) as arrows, as the map sees them, the `longest` of all maps as long on paper in each."""
+    slips = np.flatnonzero(np.linalg.norm(slip, axis=1) >= _SHORT * longest)
+    few = slips[sorted(spread(face.places[slips].T, _FEW if several else _MANY))] if len(slips) else slips
+    reach = (0.2 if several else 0.12) * float(np.ptp(face.places, axis=0).max() or 1.0) / longest
+    look: Look = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "width": 0.012 if several else 0.007}
+    arrows(axes, face.places[few], np.einsum("nik,nk->ni", face.turn[few], slip[few]), reach, zorder=3, **look)
+    axes.plot([], [], linestyle="none", marker=r"$\rightarrow$", markersize=11, color=BLACK, label=name)
 
 
-def _triangles(system: ContactSystem, places: Array, known: Booleans) -> Triangulation | None:
+def _legend(panels: Sequence[Axes]) -> None:
+    """One legend for all panels, below them."""
+    named = {label: handle for axes in panels[0].figure.axes for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
+    figure = panels[0].figure
+    if len(panels) > 1 and figure.get_layout_engine() is not None:
+        for earlier in list(figure.legends):
+            earlier.remove()
+        figure.legend(named.values(), named.keys(), loc="outside lower center", ncols=2)
+        figure.draw_without_rendering()  # the layout of panels of equal scales comes to rest at the second drawing
+    elif named:
+        axes = panels[-1]
+        below = offset_copy(axes.transAxes, figure, y=-30.0, units="points")  # type: ignore[arg-type]  # the height of the labels; any kind of figure will do
+        handles = named if len(panels) > 1 else dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
+        axes.legend(handles.values(), handles.keys(), loc="upper center", bbox_to_anchor=(0.5, 0.0), bbox_transform=below, ncols=2)
+
+
+def _triangles(names: Names | None, places: Array, known: Booleans) -> Triangulation | None:
     """Triangles between neighbours of one contact that have values; None where there are none."""
     if np.linalg.matrix_rank(places - places.mean(axis=0), tol=_FLAT * float(np.ptp(places))) < 2:
         return None
@@ -95,34 +177,12 @@ def _triangles(system: ContactSystem, places: Array, known: Booleans) -> Triangu
     at = [lengths[(mesh.triangles == node).any(axis=1)] for node in range(len(places))]
     usual = np.array([np.median(own) if own.size else 0.0 for own in at])
     far = lengths.max(axis=1) > _FAR * usual[mesh.triangles].max(axis=1)
-    apart = np.zeros(len(far), dtype=bool)
-    if system.contact is not None:
-        apart = (system.contact[mesh.triangles] != system.contact[mesh.triangles[:, :1]]).any(axis=1)
+    apart = np.zeros(len(far), dtype=bool) if names is None else (names[mesh.triangles] != names[mesh.triangles[:, :1]]).any(axis=1)
     hidden = far | apart | ~known[mesh.triangles].all(axis=1)
     if hidden.all():
         return None
     mesh.set_mask(hidden)
     return mesh
-
-
-def places_of(system: ContactSystem) -> tuple[Array, tuple[str, str], dict[str, Array], Array]:
-    """(N, 2) places of the nodes, names of the axes, names with places of contacts not in one plane, side by side, turns to the map."""
-    contacts = {} if system.contact is None else {name: np.flatnonzero(system.contact == name) for name in dict.fromkeys(system.contact.tolist())}
-    if len(contacts) < 2 or np.ptp(system.frames, axis=0).max() <= _FLAT:
-        try:
-            seen, labels, turn = _seen(system, np.arange(system.nodes))
-            return seen, labels, {}, turn
-        except ModelError:
-            if len(contacts) < 2:
-                raise
-    places, turn, names, right = np.zeros((system.nodes, 2)), np.zeros((system.nodes, 2, 2)), {}, 0.0
-    for name, own in contacts.items():
-        seen, _, turn[own] = _seen(system, own)
-        low, high = seen.min(axis=0), seen.max(axis=0)
-        places[own] = seen + [right - low[0], -(low[1] + high[1]) / 2]
-        names[name] = np.array([right + (high[0] - low[0]) / 2, (high[1] - low[1]) / 2])
-        right += 1.25 * (high[0] - low[0])
-    return places, ("first direction, contact by contact", "second direction"), names, turn
 
 
 def _seen(system: ContactSystem, own: Integers) -> tuple[Array, tuple[str, str], Array]:
@@ -168,4 +228,5 @@ def _unrolled(points: Array, around: Array, axis: Array) -> Array:
 def _along(tangent: Array, name: str) -> str:
     """Name of a direction: that of the coordinate axis where it is one."""
     axis = np.flatnonzero(tangent > 1.0 - _FLAT)
-    return f"${'xyz'[axis[0]]}$" if len(axis) else f"position along the {name}"
+    back = np.flatnonzero(tangent < _FLAT - 1.0)
+    return f"${'xyz'[axis[0]]}$" if len(axis) else f"$-{'xyz'[back[0]]}$" if len(back) else f"position along the {name}"

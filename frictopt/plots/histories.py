@@ -10,9 +10,9 @@ from ..histories.excursion import LeastExcursion
 from ..histories.protocols import REST, SLIP, UNDECIDED, LimitAfterProtocol
 from ..histories.wear import WearHistory
 from ..histories.worn_in import WornIn
-from .face import face_map
+from .face import face_map, panels_of
 from .strip import label_contacts, label_panels, lines
-from .style import BLACK, FACE, GREY, POINTS, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, one_axes, picture, series
+from .style import BLACK, GREY, POINTS, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, picture, series
 
 _STRIP = 6.4, 2.4  # size of a picture with a row for each outcome, inches
 _ROWS = {REST: "comes to rest", SLIP: "keeps slipping", UNDECIDED: "undecided"}
@@ -38,7 +38,8 @@ def _excursion(found: LeastExcursion, ax: Axes | None = None) -> Axes:
     """The shares of the excursion tried, in a row for each outcome; a share may have several, for the start is the hardest one then."""
     (axes,) = new_axes(ax, size=_STRIP)
     if not len(found.tried):
-        return no_lines(axes, "all starts come to rest without an excursion")
+        no_lines([axes], "all starts come to rest without an excursion")
+        return axes
     if found.loads is None:
         axes.set_title("no share of the excursion tried brings all starts to rest")
     else:
@@ -121,9 +122,9 @@ def _wear(history: WearHistory, ax: AxesArray | None = None) -> AxesArray:
     """
     table, system = history.to_frame(), history.system
     if system.tangents == 2:
-        face, work = panels = new_axes(ax, 2, (FACE[0], 2 * FACE[1]), common_x=False)
-        face_map(face, system, history.depth[-1], _DEPTH)
-        face.set_title(f"depth worn off after {table['cycles'].iloc[-1]:.4g} cycles")
+        *maps, work = panels = panels_of(ax, system, more=1)
+        maps[0].set_title(f"depth worn off after {table['cycles'].iloc[-1]:.4g} cycles")
+        face_map(maps, system, history.depth[-1], _DEPTH)
     else:
         depth, pressure, work = panels = new_axes(ax, 3, (6.4, 8.4), common_x=False)
         largest = history.depth.max(axis=1)
@@ -143,13 +144,13 @@ def _wear(history: WearHistory, ax: AxesArray | None = None) -> AxesArray:
 
 
 @picture.register
-def _worn_in(end: WornIn, ax: Axes | AxesArray | None = None) -> Axes:
+def _worn_in(end: WornIn, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
     """Depth worn off along the contact, and the nodes that never slip; in space a map of the depth."""
     system = end.system
-    axes = one_axes(ax, system.tangents)
+    axes, *_ = panels = panels_of(ax, system)
     axes.set_title(f"worn in: {int(end.stick.sum())} of {system.nodes} nodes never slip")
     if system.tangents == 2:
-        return face_map(axes, system, end.depth, _DEPTH)
+        return face_map(panels, system, end.depth, _DEPTH)
     lines(axes, system, end.depth, color=BLACK, label="depth worn off")
     lines(axes, system, np.where(end.stick, 0.0, np.nan), color=series(0)["color"], lw=3.0, label="never slips")
     axes.set_ylabel(_DEPTH)

@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from ..contact import RESIDUAL, Array, lengths
 from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, ShakedownLimit
 from ..transients import Onset
-from .face import face_map
+from .face import face_map, panels_of, together
 from .strip import circle, friction_bounds, label_contacts, label_panels, lines, lines_or_band, node_at, open_marks, ratios
-from .style import BLACK, POINTS, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, one_axes, picture
+from .style import BLACK, POINTS, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, picture
 
 Circles: TypeAlias = dict[int, tuple[Any, Any, Any]]  # by corner: nodes that limit the load, their senses of slip, areas of their circles
 Limit: TypeAlias = ShakedownLimit | RequiredFriction | GuaranteedLimit
@@ -23,11 +23,18 @@ _INSIDE: Look = {"color": "#56B4E9", "alpha": 0.25, "lw": 0, "label": "some resi
 
 
 def _ratios(
-    axes: Axes, found: Onset | Limit | SafeSlip | Design, q: Array, p: Array, names: Sequence[str], circles: Circles, what: str = "", at: int = 0
-) -> Axes:
+    panels: Sequence[Axes],
+    found: Onset | Limit | SafeSlip | Design,
+    q: Array,
+    p: Array,
+    names: Sequence[str],
+    circles: Circles,
+    what: str = "",
+    at: int = 0,
+) -> Axes | AxesArray:
     """Shear over friction bound of reactions at K corners, with circles at some of them; of many corners, those with the largest circles.
 
-    Where the bound is zero but for rounding, no ratio is drawn. In space a map of the corner `at`, with the circles of all, and the slip as arrows.
+    Where the bound is zero but for rounding, no ratio is drawn. In space maps of the corner `at`, with the circles of all, and the slip as arrows.
     """
     system, bound = found.system, found.friction * p
     slip, opened = (None, None) if isinstance(found, Onset) else (found.slip, found.open)
@@ -35,9 +42,12 @@ def _ratios(
         ratio = ratios(lengths(q[at], p[at]), bound[at])
         largest = float(np.nanmax(ratio, initial=0.0))
         most, name = largest if largest > 1.0 + RESIDUAL else 1.0, rf"$|q| / (f p)$ at {names[at]}"
-        circled = sorted({int(node) for nodes, _, _ in circles.values() for node in np.ravel(nodes)}), what.partition(";")[0]
-        return face_map(axes, system, ratio, name, most=most, slip=slip, slip_name="residual slip", opened=opened, circled=circled)
-    ratio, label = ratios(q, bound), what or None
+        areas = np.zeros(system.nodes)
+        for nodes, _, area in circles.values():
+            np.add.at(areas, np.ravel(nodes), area)
+        circled = (areas, what) if circles else None
+        return face_map(panels, system, ratio, name, most=most, slip=slip, slip_name="residual slip", opened=opened, circled=circled)
+    (axes,), ratio, label = panels, ratios(q, bound), what or None
     friction_bounds(axes)
     ruling = sorted(circles, key=lambda corner: -float(np.sum(circles[corner][2]))) or [at]
     for corner, look in lines_or_band(axes, system, ratio, names, ruling).items():
@@ -55,9 +65,9 @@ def _ratios(
 
 
 @picture.register
-def _onset(onset: Onset, ax: Axes | None = None) -> Axes:
+def _onset(onset: Onset, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
     """Shear over friction bound of the bonded contact at the first slip towards each corner (in space, the first of all); what slips is circled."""
-    axes = one_axes(ax, onset.system.tangents)
+    axes, *_ = panels = panels_of(ax, onset.system)
     title = "bonded contact at the onset of slip"
     if not onset.mean_admissible:
         settled, alone = "contact under the settled mean load, at the onset of slip", "bonded contact; the mean load alone makes it slip or pulls"
@@ -65,7 +75,8 @@ def _onset(onset: Onset, ax: Axes | None = None) -> Axes:
     axes.set_title(title)
     events = [event for event in onset.slips if event.node is not None]
     if not events:
-        return no_lines(axes, "no corner makes a node slip")
+        no_lines(panels, "no corner makes a node slip")
+        return together(panels)
     at, (q, p) = events.index(onset.slip), (part[[event.corner for event in events]] for part in onset.reactions)
     shown = range(len(events)) if len(events) <= len(SERIES) else [at]
     circles: Circles = {number: (events[number].node, events[number].sense, _ONE_NODE) for number in shown}
@@ -75,11 +86,11 @@ def _onset(onset: Onset, ax: Axes | None = None) -> Axes:
         slips = (shear - bound >= -zero) & (np.maximum(shear, -bound) > zero)  # a node that carries nothing does not slip
         circles = {at: ([onset.slip.node, *np.flatnonzero(slips)], None, _ONE_NODE)}
     names = [rf"{event.loads}, $\lambda = {event.load_factor:.4g}$" for event in events]
-    return _ratios(axes, onset, q, p, names, circles, "node that slips first", at)
+    return _ratios(panels, onset, q, p, names, circles, "node that slips first", at)
 
 
 @picture.register
-def _shakedown_limit(limit: ShakedownLimit, ax: Axes | None = None) -> Axes:
+def _shakedown_limit(limit: ShakedownLimit, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
     """Shear over friction bound at the corners under the safe slip; the area of a circle is the share of its node in the mechanism.
 
     Open nodes, which carry nothing, are marked at zero. In space, at the first corner, with the slip as arrows. Of nodes that open and close in each
@@ -88,20 +99,20 @@ def _shakedown_limit(limit: ShakedownLimit, ax: Axes | None = None) -> Axes:
     name = r"shakedown limit $\lambda_2$" if limit.objective is None else r"load factor $\lambda$ that the objective chooses"
     axes, share = _at_corners(limit, ax, equals(name, limit.load_factor)), limit.open_share
     partly = (share > 0) & (share < 1)
-    if partly.any() and limit.system.tangents == 1:
+    if partly.any() and isinstance(axes, Axes) and limit.system.tangents == 1:
         open_marks(axes, limit.system.x[partly], "open in part of the cycle", facecolors="none", edgecolors=BLACK)
         legend(axes)
     return axes
 
 
 @picture.register
-def _required_friction(required: RequiredFriction, ax: Axes | None = None) -> Axes:
+def _required_friction(required: RequiredFriction, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
     """Shear over the required friction bound at the corners under the safe slip; the area of a circle is the share of its node in the mechanism."""
     return _at_corners(required, ax, equals(rf"$\lambda = {required.load_factor:.4g}$: required friction $f$", required.required))
 
 
 @picture.register
-def _guaranteed_limit(limit: GuaranteedLimit, ax: Axes | None = None) -> Axes:
+def _guaranteed_limit(limit: GuaranteedLimit, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
     """Shear over friction bound at the corners under the witness, in space at the first one; the critical node is circled."""
     title = equals(r"guaranteed limit $\lambda_1$", limit.load_factor) + ", " + equals(r"shakedown limit $\lambda_2$", limit.shakedown.load_factor)
     if limit.node is not None and limit.corners is not None:
@@ -111,10 +122,10 @@ def _guaranteed_limit(limit: GuaranteedLimit, ax: Axes | None = None) -> Axes:
     return _at_corners(limit, ax, title)
 
 
-def _at_corners(limit: Limit, ax: Axes | None, title: str) -> Axes:
+def _at_corners(limit: Limit, ax: Axes | AxesArray | None, title: str) -> Axes | AxesArray:
     """Shear over friction bound at the corners, with circles at the nodes that limit the load; or why there is nothing to show."""
-    axes, circles, what = one_axes(ax, limit.system.tangents), {}, ""
-    axes.set_title(title)
+    panels, circles, what = panels_of(ax, limit.system), {}, ""
+    panels[0].set_title(title)
     if isinstance(limit, ShakedownLimit | RequiredFriction):
         rows, what = limit.mechanism.groupby("corner"), "limiting node; area: share"
         circles = {corner: (row["node"], row.get("direction"), _AREA * row["share"]) for corner, row in rows}
@@ -122,8 +133,9 @@ def _at_corners(limit: Limit, ax: Axes | None, title: str) -> Axes:
         circles, what = {corner: (limit.node, sense, _ONE_NODE) for corner, sense in zip(limit.corners, (1, -1), strict=False)}, "critical node"
     names, q, p = limit._instants
     if not np.isfinite(p).all() or not (limit.friction.any() or circles):  # without friction, and nothing that limits
-        return no_lines(axes, limit.reason)
-    return _ratios(axes, limit, q, p, names, circles, what)
+        no_lines(panels, limit.reason)
+        return together(panels)
+    return _ratios(panels, limit, q, p, names, circles, what)
 
 
 @picture.register
@@ -149,11 +161,11 @@ def _reserve(found: SafeSlip | Design, ax: Axes | AxesArray | None, title: str, 
     system, (q, p), names = found.system, found.reactions, found.cycle.corner_names
     least = int(np.argmin((found.friction * p - lengths(q, p))[:, ~found.open].min(axis=1)))
     alone = profile is None or system.tangents == 2
-    upper, *below = [one_axes(ax, system.tangents)] if alone else new_axes(ax, 2, (6.4, 5.4))
+    upper, *below = panels = panels_of(ax, system) if alone else new_axes(ax, 2, (6.4, 5.4))
     upper.set_title(title)
-    _ratios(upper, found, q, p, names, {}, at=least)
+    drawn = _ratios(panels if alone else [upper], found, q, p, names, {}, at=least)
     if profile is None or alone:
-        return upper
+        return drawn
     upper.set_xlabel("")
     lines(below[0], system, profile, color=BLACK, **POINTS)
     below[0].set_ylabel(name)
@@ -162,15 +174,16 @@ def _reserve(found: SafeSlip | Design, ax: Axes | AxesArray | None, title: str, 
 
 
 @picture.register
-def _least_slip(least: LeastSlip, ax: Axes | None = None) -> Axes:
-    """Weights of the slip at the corners (of many corners, lines of those with the largest); in space a map of those between corners."""
-    axes, claim = one_axes(ax, least.system.tangents), "no slip is proven"
+def _least_slip(least: LeastSlip, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
+    """Weights of the slip at the corners (of many corners, lines of those with the largest); in space maps of those between corners."""
+    panels, claim = panels_of(ax, least.system), "no slip is proven"
+    axes = panels[0]
     if least.bound > 0:
         total = f"slip between corners at least {least.total:.4g} in all while all nodes are closed"
         claim = f"weighted sum of the slips at least {least.bound:.4g};\n{total if np.isfinite(least.total) else 'no cycle keeps all nodes closed'}"
     axes.set_title(rf"$\lambda = {least.load_factor:.4g}$: {claim}")
     if least.system.tangents == 2:
-        return face_map(axes, least.system, least.weight, "weight of the slip between corners (1 / length)")
+        return face_map(panels, least.system, least.weight, "weight of the slip between corners (1 / length)")
     lines_or_band(axes, least.system, least.g, least.cycle.corner_names, np.argsort(-np.abs(least.g).sum(axis=1), kind="stable").tolist())
     axes.set_ylabel("weight $g$ of the slip (1 / length)")
     label_panels([axes], least.system)
@@ -184,7 +197,8 @@ def _safe_region(region: SafeRegion, ax: Axes | None = None) -> Axes:
     (axes,) = new_axes(ax)
     axes.set_title("amplitudes of two loads that vary independently")
     if not len(region.sides):
-        return no_lines(axes, region.reason)
+        no_lines([axes], region.reason)
+        return axes
     free, inner, outer = np.isinf(region.vertices[0]), region.vertices, region.outer
     if free.any():  # a strip, which goes on beyond the picture
         inner = outer = np.where(free, [[0.0], [1.0]], region.vertices.min())

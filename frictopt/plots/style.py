@@ -1,7 +1,7 @@
 """The look of all pictures: colours, axes, legends, arrows, and the names of units."""
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from contextlib import AbstractContextManager
 from functools import singledispatch
 from pathlib import Path
@@ -68,8 +68,19 @@ def line(number: int) -> Look:
     return {name: series(number)[name] for name in ("color", "linestyle")}
 
 
-def new_axes(ax: AnyAxes, panels: int = 1, size: tuple[float, float] = ALONG, *, common_x: bool = True, in_space: bool = False) -> list[Axes]:
-    """Axes to draw in, one for each panel: the given ones, or those of a new figure, one below the other, their labels in a line; in space in pairs.
+def new_axes(
+    ax: AnyAxes,
+    panels: int = 1,
+    size: tuple[float, float] = ALONG,
+    *,
+    common_x: bool = True,
+    in_space: bool = False,
+    columns: int = 1,
+    blocks: int = 1,
+) -> list[Axes]:
+    """Axes to draw in, one for each panel: the given ones, or those of a new figure, row by row, the labels of a column in a line.
+
+    Each of several blocks begins a new row.
 
     Raises
     ------
@@ -77,23 +88,18 @@ def new_axes(ax: AnyAxes, panels: int = 1, size: tuple[float, float] = ALONG, *,
         Not that many axes.
     """
     if ax is None:
-        figure, columns = plt.figure(figsize=size, layout="constrained"), min(panels, 2) if in_space else 1
-        look = {"projection": "3d"} if in_space else None
-        grid = figure.subplots(-(-panels // columns), columns, sharex=common_x, squeeze=False, subplot_kw=look)
+        figure, each, look = plt.figure(figsize=size, layout="constrained"), panels // blocks, {"projection": "3d"} if in_space else None
+        rows = blocks * -(-each // columns)
+        grid = figure.subplots(rows, columns, sharex=common_x, squeeze=False, subplot_kw=look).reshape(blocks, -1)
         figure.align_ylabels()
-        for spare in grid.flat[panels:]:
+        for spare in grid[:, each:].flat:
             spare.remove()
-        return list(grid.flat[:panels])
+        return list(grid[:, :each].flat)
     axes = np.ravel(np.asarray(ax, dtype=object))
     if len(axes) != panels or not all(isinstance(one, Axes3D if in_space else Axes) for one in axes):
         kind = " with projection='3d'" if in_space else ""
         raise ModelError(f"ax: {shown(ax)}; give {'one' if panels == 1 else panels} matplotlib axes{kind}, or None")
     return list(axes)
-
-
-def one_axes(ax: Axes | AxesArray | None, tangents: int) -> Axes:
-    """One axes: along a contact in the plane, or for the face of one in space."""
-    return new_axes(ax, size=ALONG if tangents == 1 else FACE)[0]
 
 
 def arrows(axes: AnyAxes, begin: Array, step: Array, enlarged: float = 1.0, **look: Any) -> None:
@@ -133,11 +139,11 @@ def equals(name: str, value: float) -> str:
     return f"{name} is infinite" if value > 0 else f"{name}: none"
 
 
-def no_lines(axes: Axes, why: str) -> Axes:
-    """Say why there is nothing to draw."""
-    axes.text(0.5, 0.5, fill(why, width=60), transform=axes.transAxes, ha="center", va="center")
-    axes.set(xticks=[], yticks=[])
-    return axes
+def no_lines(panels: Sequence[Axes], why: str) -> None:
+    """Say in the first panel why there is nothing to draw."""
+    panels[0].text(0.5, 0.5, fill(why, width=60), transform=panels[0].transAxes, ha="center", va="center")
+    for axes in panels:
+        axes.set(xticks=[], yticks=[])
 
 
 def name_units(axes: Axes, units: str | None) -> None:

@@ -1,5 +1,6 @@
 """Pictures of load cycles and transients: their loops, their history, what each node does in them, and what is left of them in the steady state."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -7,12 +8,13 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
 
-from ..contact import ROUNDING, SIMULTANEOUS, LoadCycle
+from ..contact import ROUNDING, SIMULTANEOUS, LoadCycle, lengths
 from ..histories.dissipation_range import DissipationRange
 from ..transients import LoadLoop, SteadyState, Trajectory
-from .face import face_map
+from ..transients.fretting import furthest
+from .face import face_map, panels_of
 from .strip import label_contacts, label_panels, lines, lines_or_band, node_at, parts
-from .style import BLACK, FACE, GREY, POINTS, SERIES, AxesArray, Look, legend, line, new_axes, one_axes, picture, series, slanted
+from .style import BLACK, GREY, POINTS, SERIES, AxesArray, Look, legend, line, new_axes, picture, series, slanted
 
 _MOST_TICKS = 12  # corners that have a tick each
 _STATUS = (0, "stick", "#DDDDDD"), (1, "slip", SERIES[0]["color"]), (-1, "slip -", SERIES[1]["color"]), (2, "open", BLACK)  # code, word, colour
@@ -104,11 +106,11 @@ def _whole_cycles(axes: Axes, path: Trajectory) -> bool:
 def _steady_state(steady: SteadyState, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
     """Three panels: slip range of the steady cycle; tractions at its corners (nodal forces where there is no width); work of friction per cycle.
 
-    In space a map: work of friction per cycle at each node, and the slip at the last corner as arrows.
+    In space maps: work of friction per cycle at each node, and the slip range as arrows.
     """
     if steady.system.tangents == 2:
         outcome = steady.outcome.name.lower().replace("_", " ")
-        return _work_map(one_axes(ax, 2), steady, f"{outcome}, work of friction per cycle {steady.dissipation:.4g}")
+        return _work_map(panels_of(ax, steady.system), steady, f"{outcome}, work of friction per cycle {steady.dissipation:.4g}")
     slip, force, work = panels = new_axes(ax, 3, (6.4, 7.6))
     system = steady.system
     slip.set_title(f"{steady.outcome.name.replace('_', ' ').lower()}, $W = {steady.dissipation:.4g}$ per cycle")
@@ -146,13 +148,14 @@ def _load_loop(loop: LoadLoop, ax: Axes | None = None) -> Axes:
 def _dissipation_range(found: DissipationRange, ax: AxesArray | None = None) -> AxesArray:
     """Two panels: slip range and work of friction per cycle of the steady states with the least and with the most work found.
 
-    In space a map of each of the two states.
+    In space maps of each of the two states.
     """
     ends = {"least work found": found.least_state, "most work found": found.most_state}
     if found.least_state.system.tangents == 2:
-        panels = new_axes(ax, 2, (FACE[0], 2 * FACE[1]), common_x=False)
-        for axes, (name, steady) in zip(panels, ends.items(), strict=True):
-            _work_map(axes, steady, rf"$\lambda = {steady.load_factor:.4g}$: {name}, $W = {steady.dissipation:.4g}$ per cycle")
+        panels = panels_of(ax, found.least_state.system, blocks=2)
+        halves = panels[: len(panels) // 2], panels[len(panels) // 2 :]
+        for half, (name, steady) in zip(halves, ends.items(), strict=True):
+            _work_map(half, steady, rf"$\lambda = {steady.load_factor:.4g}$: {name}, $W = {steady.dissipation:.4g}$ per cycle")
         return np.array(panels)
     slip, work = panels = new_axes(ax, 2, (6.4, 5.4))
     for number, (name, steady) in enumerate(ends.items()):
@@ -163,11 +166,14 @@ def _dissipation_range(found: DissipationRange, ax: AxesArray | None = None) -> 
     return np.array(panels)
 
 
-def _work_map(axes: Axes, steady: SteadyState, title: str) -> Axes:
-    """Work of friction per cycle at each node; the slip at the last corner as arrows."""
-    axes.set_title(title)
-    name, at = "work of friction per cycle (force times length)", f"slip at {steady.cycle.corner_names[-1]}"
-    return face_map(axes, steady.system, steady.dissipation_per_node, name, slip=steady.slip, slip_name=at)
+def _work_map(panels: Sequence[Axes], steady: SteadyState, title: str) -> Axes | AxesArray:
+    """Work of friction per cycle at each node; the slip range as arrows, between the two slips of the cycle that are furthest apart."""
+    panels[0].set_title(title)
+    states = steady.states()
+    ranges = furthest(np.where(states.gap[..., None] <= 0, states.slip, np.nan))
+    ranges = np.where(lengths(ranges, ranges[:, 0])[:, None] > ROUNDING * np.abs(steady.slip).max(), ranges, 0.0)
+    name = "work of friction per cycle (force times length)"
+    return face_map(panels, steady.system, steady.dissipation_per_node, name, slip=ranges, slip_name="slip range")
 
 
 def _slip_and_work(above: Axes, below: Axes, steady: SteadyState, **look: Any) -> None:

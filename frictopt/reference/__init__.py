@@ -35,3 +35,7 @@ __all__ = [
     "smallest_circle_limit",
     "uncoupled_limit",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

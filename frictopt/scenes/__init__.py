@@ -5,3 +5,7 @@ from .punch import PunchOnHalfPlane, RoundedPunch, SquarePunch
 from .shrunk import PinInPlate, PressFit
 
 __all__ = ["Dovetail", "PinInPlate", "PressFit", "PunchOnHalfPlane", "RoundedPunch", "SquarePunch"]
+
+
+def __dir__() -> list[str]:
+    return __all__

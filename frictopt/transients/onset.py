@@ -13,14 +13,14 @@ from ..contact import ContactState, ContactSystem, LoadCycle, checked_cycle, che
 from ..contact.checks import Array, warns_of_odd_values
 from ..contact.coulomb import reach
 from ..contact.parts import joined, parted
-from ..contact.result import Plotted, Shown, Table, frame
+from ..contact.result import Kept, Plotted, Table, frame
 from ..contact.tolerances import CONDENSATION, RESIDUAL, ROUNDING, SIMULTANEOUS
 from ..errors import FrictoptError, NoContinuation
 from .statics import unscaled_diagnosis
 
 
 @dataclass(frozen=True, repr=False)
-class OnsetEvent(Shown):
+class OnsetEvent(Kept):
     """The first slip or the first separation as the load grows towards one corner.
 
     Attributes
@@ -55,7 +55,7 @@ class OnsetEvent(Shown):
 
 
 @dataclass(frozen=True, repr=False)
-class Onset(Shown, Plotted):
+class Onset(Kept, Plotted):
     """First slip and first separation of the bonded contact under `mean + fixed + load_factor * corner`, for each corner of a load cycle.
 
     Where the mean load would pull at bonded nodes, of the contact once the mean load has settled.

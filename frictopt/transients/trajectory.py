@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact import ContactState, ContactSystem, LoadCycle, Plotted, Shown, SolveRecord, Table, Verdict, components, frame, joined, places, referee
+from ..contact import ContactState, ContactSystem, Kept, LoadCycle, Plotted, SolveRecord, Table, Verdict, components, frame, joined, places, referee
 from ..contact.checks import Array, Integers, choice, frozen, whole_number
 from ..contact.tolerances import SIMULTANEOUS
 from ..errors import ModelError
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LoadLoop(Shown, Plotted):
+class LoadLoop(Kept, Plotted):
     """Amplitude and displacement of one load case at T states of a transient; on the exact path, linear between them, the loop is exact.
 
     Attributes
@@ -74,7 +74,7 @@ class LoadLoop(Shown, Plotted):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(Shown, Plotted):
+class Trajectory(Kept, Plotted):
     """T states of a transient: one after each event of the exact path, or one after each increment.
 
     Attributes

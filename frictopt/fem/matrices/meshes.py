@@ -180,7 +180,7 @@ def library(module: str = "meshio", name: str = "meshio", extra: str = "mesh") -
     try:
         return import_module(module)
     except ImportError as error:
-        raise ModelError(f"{name}: not installed; install frictopt with its extra `{extra}`") from error
+        raise ModelError(f"{name}: not installed; python -m pip install 'frictopt[{extra}]'") from error
 
 
 def by_library(name: str, read: Callable[[str], Any], file: Path, what: str) -> Any:

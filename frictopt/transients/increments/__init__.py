@@ -5,3 +5,7 @@ from .increment import Increment
 from .programs import ComplementarityProblem, ExactIncrement, FrozenBoundIncrement, complementarity_problem
 
 __all__ = ["ComplementarityProblem", "ExactIncrement", "FrozenBoundIncrement", "Increment", "NewtonIncrement", "complementarity_problem"]
+
+
+def __dir__() -> list[str]:
+    return __all__
