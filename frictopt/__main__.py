@@ -142,7 +142,7 @@ def _condense(asked: argparse.Namespace) -> None:
 
 def _limit(asked: argparse.Namespace) -> None:
     from . import contact, limits, transients
-    from .histories.dissipation import read_table
+    from .histories.plans import read_table
 
     system, question = contact.ContactSystem.load(asked.file), _KINDS[asked.kind]
     if asked.history:
@@ -170,7 +170,8 @@ def _study(asked: argparse.Namespace) -> None:
     from multiprocessing import get_context
 
     from .contact.checks import whole_number
-    from .histories.dissipation import dissipation_study, read_plan
+    from .histories.dissipation import dissipation_study
+    from .histories.plans import read_plan
 
     question, files = read_plan(asked.file)
     store = Path(asked.store or files["store"])
@@ -186,7 +187,7 @@ def _study(asked: argparse.Namespace) -> None:
 
 
 def _merge(asked: argparse.Namespace) -> None:
-    from .histories.runs import merge_stores
+    from .histories.store import merge_stores
 
     print(f"{merge_stores(asked.into, asked.parts)} runs in {asked.into}")
 

@@ -8,7 +8,7 @@ from .dissipation_range import DissipationRange
 from .excursion import LeastExcursion
 from .guarantee import GuaranteeCheck
 from .protocols import LimitAfterProtocol
-from .runs import DamagedRows, merge_stores, read_store
+from .store import DamagedRows, merge_stores, read_store
 from .wear import WearHistory
 from .worn_in import WornIn
 
