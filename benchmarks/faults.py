@@ -31,6 +31,8 @@ FAULTS = (
           "np.where(slack < floor, 0.0, np.where(rate < 0,", "onset"),
     Fault("transients/onset.py", "what is fixed at one corner slips nothing", "lengths(mean_q, mean_p)).min(axis=0)",
           "lengths(mean_q, mean_p)).max(axis=0)", "onset::test_an_inadmissible_mean_load_is_said"),
+    Fault("contact/history.py", "a positive phase is behind", "np.cos(turns[:, None] + np", "np.cos(turns[:, None] - np", "cycle"),
+    Fault("contact/history.py", "loads in phase have many corners", "if to_and_fro else", "if False else", "cycle"),
     Fault("contact/history.py", "a history that one load closes is closed", "points).max(axis=0, initial=0.0)).all():\n        numbers",
           "points).max(axis=0, initial=0.0)).any():\n        numbers", "cycle::test_a_history_less_its_mean_is_what_the_load_factor_scales"),
     Fault("contact/checks.py", "True is a whole number", "or isinstance(value, bool | np.timedelta64)", "or isinstance(value, np.timedelta64)",
