@@ -151,7 +151,7 @@ def _condense(asked: argparse.Namespace) -> None:
 def _cycle(asked: argparse.Namespace) -> "LoadCycle":
     """The load cycle of corners, or of a history."""
     from .contact import LoadCycle
-    from .histories.dissipation import read_table
+    from .histories.plans import read_table
 
     if asked.history:
         return LoadCycle.from_history(read_table(asked.history), mean=asked.mean, time=asked.time, tolerance=asked.tolerance or 0.0)
@@ -193,7 +193,8 @@ def _study(asked: argparse.Namespace) -> None:
     from multiprocessing import get_context
 
     from .contact.checks import whole_number
-    from .histories.dissipation import dissipation_study, read_plan
+    from .histories.dissipation import dissipation_study
+    from .histories.plans import read_plan
 
     question, files = read_plan(asked.file)
     store = Path(asked.store or files["store"])
@@ -209,7 +210,7 @@ def _study(asked: argparse.Namespace) -> None:
 
 
 def _merge(asked: argparse.Namespace) -> None:
-    from .histories.runs import merge_stores
+    from .histories.store import merge_stores
 
     print(f"{merge_stores(asked.into, asked.parts)} runs in {asked.into}")
 

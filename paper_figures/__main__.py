@@ -56,7 +56,7 @@ def make(name: str, *, quick: bool = False, data: Path | None = None, output: Pa
     script = FIGURES[name]
     folder = data or data_folder(quick)
     tables = {key: table.load(table.parameters(quick), folder) for key, table in script.TABLES.items()}
-    with bar_of(True, f"drawing {name}", "figure", total=1, leave=False, delay=2), style.styled():
+    with bar_of(True, f"drawing {name}"), style.styled():
         return style.save(script.draw(tables), name, output or style.output_folder(quick))
 
 

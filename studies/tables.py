@@ -135,7 +135,7 @@ class Table(Generic[P]):
         ValueError
             One of its own columns is not computed, or one is computed that nothing describes.
         """
-        with bar_of(True, f"table {self.name}", "part", leave=False) as bar:
+        with bar_of(True, f"table {self.name}", "part") as bar:
             found = self.compute(parameters, **options)
             if not isinstance(found, pd.DataFrame):
                 rows = []

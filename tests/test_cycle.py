@@ -214,3 +214,63 @@ def test_a_reversal_is_a_turning_point_however_far_the_way_back_goes():
     """It lies on the line through its neighbours, but not between them."""
     history = pd.DataFrame({"sigma": [0.0, -1.0, 1.0, 3.0, -3.0]})
     assert [corner["sigma"] for corner in fo.LoadCycle.from_history(history, mean={}).corners] == [0.0, -1.0, 3.0, -3.0]
+
+
+def rotated(turn, size, mean=1.0):
+    """One uncoupled node under a normal load `mean`, and a shear and a normal load a quarter apart, `turn` degrees from the corners of a polygon."""
+    bonded = {"P": ([0.0], [mean]), "Q": ([1.0], [0.0]), "N": ([0.0], [1.0])}
+    return fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], bonded), {"Q": (size, turn), "N": (1.0, 90.0 + turn)}
+
+
+@pytest.mark.parametrize("points", [3, 4, 7, 16, 64])
+@pytest.mark.parametrize(("friction", "size", "turn"), [(0.3, 1.0, 0.0), (0.8, 0.5, 33.0), (0.5, 2.0, 100.0)])
+def test_loads_a_quarter_apart_have_the_limit_of_their_ellipse_within_the_error_of_the_polygon(points, friction, size, turn):
+    """A node sticks while `|Q cos t| <= f (P - N sin t)`, so up to `f P / sqrt(Q^2 + f^2 N^2)` (Jang & Barber 2011: the phase counts)."""
+    node, loads = rotated(turn, size)
+    exact = friction / np.hypot(size, friction)
+    limit = fo.shakedown_limit(node, fo.LoadCycle.harmonic(loads, mean={"P": 1.0}, points=points), friction).load_factor
+    assert exact * (1 - 1e-9) <= limit <= exact / np.cos(np.pi / points) * (1 + 1e-9)
+    if points == 64:
+        assert limit == pytest.approx(exact, rel=2e-3)
+
+
+def test_the_polygon_of_random_loads_is_within_its_error_of_a_fine_one():
+    """In the plane with coupling, while all nodes stay closed."""
+    rng = np.random.default_rng(7)
+    for _ in range(6):
+        contact = random_system(rng, 4, loads=("mean", "a", "b", "c"))
+        loads = {name: (float(rng.uniform(0.2, 1.0)), float(rng.uniform(0, 360))) for name in "abc"}
+        fine, rough = (
+            fo.shakedown_limit(
+                contact, fo.LoadCycle.harmonic(loads, mean={"mean": 1.0}, points=points), 0.6, open=np.zeros(4, dtype=bool)
+            ).load_factor
+            for points in (720, 8)
+        )
+        assert fine <= rough * (1 + 1e-9) and rough * np.cos(np.pi / 8) <= fine * (1 + 1e-4)
+
+
+@pytest.mark.parametrize("phases", [(0, 0), (30, 30), (30, 210), (30, 390), (-75, 105)])
+def test_loads_in_phase_or_opposed_go_to_and_fro(phases):
+    cycle = fo.LoadCycle.harmonic({"a": (2.0, phases[0]), "b": (-0.5, phases[1]), "none": (0.0, 45)}, mean={"P": 1.0}, points=5)
+    sense = -0.5 if (phases[1] - phases[0]) % 360 == 0 else 0.5
+    ends = np.array([list(corner.values()) for corner in cycle.corners])
+    assert ends.shape == (2, 3) and np.abs(ends - [[2.0, sense, 0.0], [-2.0, -sense, 0.0]]).max() < 1e-14
+
+
+def test_a_positive_phase_is_ahead():
+    cycle = fo.LoadCycle.harmonic({"a": 1.0, "b": (1.0, 60)}, mean={}, points=360)
+    b = [corner["b"] for corner in cycle.corners]
+    assert int(np.argmax(b)) == 300 and len(cycle.corners) == 360  # 60 degrees before the peak of a, at 0
+
+
+@refused(
+    ([1.0], {}, "loads: a list; give load case name"),
+    ({}, {}, "loads: {}; give at least one load case an amplitude"),
+    ({"a": (0.0, 90)}, {}, "give at least one load case an amplitude"),
+    ({"a": (1.0,)}, {}, r"loads\['a'\]: \(1.0,\); give its amplitude"),
+    ({"a": "x"}, {}, r"loads\['a'\] amplitude: 'x'"),
+    ({"a": (1.0, np.inf)}, {}, r"loads\['a'\] phase: inf"),
+    ({"a": (1.0, 0), "b": (1.0, 90)}, {"points": 2}, "points: 2"),
+)
+def test_bad_harmonic_loads_are_refused_by_name(loads, options):
+    fo.LoadCycle.harmonic(loads, mean={}, **options)

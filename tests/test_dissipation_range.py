@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from frictopt.contact import Bar
 from frictopt.histories.range_search import Search
 from frictopt.limits.question import pose
 from paths import followed
@@ -153,21 +154,12 @@ def test_no_start_beside_the_best_one_has_less_work():
 
 @pytest.mark.parametrize("shown", [True, False])
 def test_a_search_tells_of_each_transient_while_it_lasts(shown, monkeypatch):
-    asked, told = [], []
+    told = []
 
-    class Bar:
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *_):
-            return None
-
-        def update(self):
-            told.append(1)
-
-    monkeypatch.setattr("frictopt.histories.dissipation_range.bar_of", lambda show, *words, **options: asked.append(show) or Bar())
+    monkeypatch.setattr(Bar, "update", lambda bar: told.append(bar))
     span = fo.dissipation_range(system(*FIRST_PAIR), CYCLE, 0.6, 0.5, progress=shown)
-    assert asked == [shown] and len(told) == span.transients > 0
+    bars = [bar for bar in told if bar.what == "dissipation range"]
+    assert {bar.shown for bar in told} == {shown} and len(bars) == span.transients > 0
     with pytest.raises(fo.ModelError, match="progress"):
         fo.dissipation_range(system(*FIRST_PAIR), CYCLE, 0.6, 0.5, progress="yes")
 

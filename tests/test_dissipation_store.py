@@ -19,7 +19,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.histories import runs
-from frictopt.histories.runs import DamagedRows, Store, merge_stores
+from frictopt.histories.store import DamagedRows, Store, merge_stores
 from systems import CYCLE, random_system
 
 CONTACT = random_system(np.random.default_rng(3), 3)
@@ -50,6 +50,9 @@ with ProcessPoolExecutor(2, get_context("spawn"), initializer=tests.hang_above) 
         print(len(interrupt.table), flush=True)
         sys.stdin.readline()
 """
+AT_WORK = POOL.replace("initializer=tests.hang_above", "initializer=tests.hang_at, initargs=(sys.argv[1],)").replace(
+    "with Process", "tests.runs._TASKS = 2\nwith Process"
+)
 PATH = os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(fo.__file__).parents[1]), str(Path(__file__).parent)])}
 
 
@@ -62,6 +65,18 @@ def hang_above():
         return fo.steady_state(*args, **options)
 
     runs.steady_state = steady_state
+
+
+def hang_at(store):
+    """Let the eighth run of each of two tasks never end, and say that it has begun."""
+
+    def steady_state(*args, **options):
+        if args[3] in (FACTORS[7], FACTORS[17]):
+            Path(f"{store}.{args[3]}").touch()
+            time.sleep(1e6)
+        return fo.steady_state(*args, **options)
+
+    runs.steady_state, runs._SECONDS = steady_state, 1e9
 
 
 def study(**options):
@@ -214,6 +229,22 @@ def test_a_killed_process_loses_no_finished_run(tmp_path, undisturbed, followed)
     assert len(fo.results.read_store(tmp_path / "runs")) == 2 + 9
     same(study(store=tmp_path / "runs"), undisturbed)
     assert len(followed) == len(FACTORS) - 11
+
+
+def test_ctrl_c_in_a_terminal_loses_only_the_runs_at_work(tmp_path, undisturbed, followed):
+    """It comes to all processes: the rows that the two tasks have finished come with it."""
+    options = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "env": PATH, "start_new_session": True}
+    with subprocess.Popen([sys.executable, "-c", AT_WORK, tmp_path / "runs"], **options) as driver:
+        try:
+            patience = time.monotonic() + 300
+            while len(list(tmp_path.glob("runs.*"))) < 2 and time.monotonic() < patience:
+                time.sleep(0.1)
+            os.killpg(driver.pid, signal.SIGINT)
+            assert driver.stdout.readline() == "14\n"
+        finally:
+            os.killpg(driver.pid, signal.SIGKILL)
+    same(study(store=tmp_path / "runs"), undisturbed)
+    assert followed == [*FACTORS[7:10], *FACTORS[17:]]
 
 
 @pytest.mark.slow

@@ -14,8 +14,8 @@ from scipy import stats
 
 import frictopt as fo
 from frictopt.histories import dissipation, runs
-from frictopt.histories.runs import Store, merge_stores
 from frictopt.histories.starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
+from frictopt.histories.store import Store, merge_stores
 from refused import refused
 from systems import CYCLE, ONE_NODE, random_system, system
 

@@ -10,7 +10,6 @@ import pytest
 
 import frictopt as fo
 from frictopt.contact import progress
-from frictopt.limits import patterns
 from frictopt.limits.lift_off import Ordered
 from frictopt.limits.question import Question, pose
 from orders import every_order, largest_in_order
@@ -203,7 +202,7 @@ def test_the_referee_sees_nodes_that_carry_where_they_open_and_events_in_no_orde
 @pytest.mark.parametrize("programs", [3, 6])
 def test_an_interrupted_search_keeps_the_best_limit_by_then(programs, pin, monkeypatch):
     """Each order is better than what it came from; what is given is judged as every limit is, and its bar counts programs."""
-    contact, asked, honest, bars = pin(8), [], Ordered.__init__, {}
+    contact, asked, honest, counts = pin(8), [], Ordered.__init__, {}
 
     def stops(self, *args, **options):
         asked.append(args)
@@ -211,14 +210,16 @@ def test_an_interrupted_search_keeps_the_best_limit_by_then(programs, pin, monke
             raise KeyboardInterrupt
         honest(self, *args, **options)
 
-    def bar_of(show, what, unit, **options):
-        bars[what] = progress.bar_of(show, what, unit, **options)
-        return bars[what]
+    count = progress.Bar.update
 
-    monkeypatch.setattr(patterns, "bar_of", bar_of)
+    def counted(bar):
+        count(bar)
+        counts[bar.what] = bar.count, bar.best()
+
+    monkeypatch.setattr(progress.Bar, "update", counted)
     monkeypatch.setattr(Ordered, "__init__", stops)
     with pytest.raises(KeyboardInterrupt, match="attribute `limit`") as caught:
         fo.shakedown_limit(contact, PIN, 0.8, events=True)
     limit = caught.value.limit
     assert 2.6832 < limit.load_factor < 4.0408 and rests(contact, PIN, 0.8, 0.999 * limit.load_factor, initial_slip=limit.slip)
-    assert bars["events"].n >= programs
+    assert counts["events"] == (programs, f"at least {limit.load_factor:.4g} so far")

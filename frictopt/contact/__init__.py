@@ -31,7 +31,7 @@ from .checks import (
 from .coulomb import ContactState, Verdict, friction_coefficients, lengths, off_law, referee
 from .cycle import LoadCycle, checked_cycle
 from .parts import joined, parted
-from .progress import bar_of
+from .progress import Bar, bar_of
 from .result import Attempt, Kept, LimitKind, Outcome, Plotted, Recorded, Shown, SolveRecord, Table, components, frame, places
 from .system import ContactSystem, checked_plane, checked_system, reactions
 from .tolerances import *

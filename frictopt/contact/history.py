@@ -1,4 +1,4 @@
-"""Corners of a load cycle from what engineers have: a history in a table, or load cases that vary independently."""
+"""Corners of a load cycle from what engineers have: a history in a table, harmonic loads, or load cases that vary independently."""
 
 from collections import Counter
 from collections.abc import Hashable, Iterable, Mapping, Sequence
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import ModelError
-from .checks import Array, check_name, checked_loads, choice, finite_array, finite_number, listed, shown
+from .checks import Array, check_name, checked_loads, choice, finite_array, finite_number, listed, shown, whole_number
 from .result import Table
 
 _ROUNDING = 4 * np.finfo(float).eps  # distance from the straight segment, over the largest amplitude of the load case, that counts as rounding
@@ -119,6 +119,30 @@ def _amplitudes(table: Table, cases: list[str]) -> Array:
 def _clock(names: Iterable[Hashable]) -> str | None:
     """The name among these that says that it is the time."""
     return next((name for name in names if isinstance(name, str) and name.lower() == "time"), None)
+
+
+def harmonic_corners(loads: object, points: object) -> list[dict[str, float]]:
+    """Corners on the ellipse of loads that vary as cosines, the two ends of their way where all are in phase or opposed; see `LoadCycle.harmonic`."""
+    if not isinstance(loads, Mapping):
+        raise ModelError(f"loads: a {type(loads).__name__}; give load case name -> amplitude, or (amplitude, phase in degrees)")
+    waves, count = {name: _wave(name, given) for name, given in loads.items()}, whole_number("points", points, least=3, most=_MOST_CORNERS)
+    phases = np.radians([phase for size, phase in waves.values() if size])
+    if not len(phases):
+        raise ModelError(f"loads: {shown(loads)}; give at least one load case an amplitude other than 0")
+    to_and_fro = np.abs(np.sin(phases - phases[0])).max() <= _ROUNDING * max(1.0, np.abs(phases).max())
+    turns = -phases[0] + np.array([0.0, np.pi]) if to_and_fro else 2 * np.pi / count * np.arange(count)
+    shares = np.cos(turns[:, None] + np.radians([phase for _, phase in waves.values()]))
+    shares = np.where(np.abs(shares) > _ROUNDING, shares, 0.0)
+    return [{name: float(size * part) for (name, (size, _)), part in zip(waves.items(), row, strict=True)} for row in shares]
+
+
+def _wave(name: str, given: object) -> tuple[float, float]:
+    """Amplitude and phase of one load."""
+    check_name("loads", name)
+    pair = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else [given, 0.0]
+    if len(pair) != 2:
+        raise ModelError(f"loads[{name!r}]: {shown(given)}; give its amplitude, or (amplitude, phase in degrees)")
+    return finite_number(f"loads[{name!r}] amplitude", pair[0]), finite_number(f"loads[{name!r}] phase", pair[1])
 
 
 def independent_corners(loads: Sequence[object]) -> list[dict[str, float]]:

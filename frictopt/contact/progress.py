@@ -1,58 +1,165 @@
-"""Progress of long computations: a bar on a terminal and in a notebook; into a file or a pipe a line every few seconds."""
+"""Progress of long computations: a bar on a terminal and in a notebook, else a line every few seconds. And what an interrupt keeps."""
 
 import io
+import os
 import sys
 import threading
 import time
 import warnings
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
 from typing import Any
 from weakref import WeakSet
 
-_FIRST, _EVERY = 2.0, 5.0  # seconds before the first line, and between two lines
-_unseen: WeakSet[Any] = WeakSet()  # bars that no terminal shows
+_FIRST, _EVERY, _DRAWN = 2.0, 5.0, 1.0  # seconds before anything is shown, between two lines, and between two looks of a bar
+
+
+class _Here(threading.local):
+    """The bars of one thread, outer ones first."""
+
+    def __init__(self) -> None:
+        self.bars = list[Bar]()
+
+
+@dataclass(eq=False)
+class Bar:
+    """How far a computation is, and the best that it has so far. tqdm is asked for when it is shown: quick answers pay nothing for it."""
+
+    what: str
+    unit: str
+    total: int | None
+    done: int
+    best: Callable[[], str]
+    keeps: Callable[[Any], tuple[str, object, str] | None] | None
+    shown: bool
+    within: bool
+    started: float = field(default_factory=time.time)
+    drawn: Any = None
+
+    def __post_init__(self) -> None:
+        self.count, self.screen = self.done, self.shown and ("ipykernel.zmqshell" in sys.modules or sys.stderr.isatty())
+
+    def update(self, count: int = 1) -> None:
+        """So many more are done."""
+        self.count += count
+
+    def look(self) -> Any:
+        """The bar of tqdm, as it is now."""
+        if self.drawn is None:
+            self.drawn = self._made()
+        if not self.drawn.disable:  # by the variable TQDM_DISABLE
+            self.drawn.n, self.drawn.bar_format = self.count, self._format
+            self.drawn.set_postfix_str(self.best(), refresh=self.screen)
+        return self.drawn
+
+    @property
+    def _format(self) -> str | None:
+        """That of tqdm; None: its own, where the screen shows a share of a known total."""
+        if self.total is not None and self.screen:
+            return None
+        of, units = "" if self.total is None else " of {total_fmt}", f" {self.unit}{'s' * (self.count != 1)}" * bool(self.unit)
+        return "{desc}: " + f"{{n_fmt}}{of}{units}, " * bool(of or units) + "{elapsed}{postfix}"
+
+    def _made(self) -> Any:
+        from tqdm import TqdmWarning
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", TqdmWarning)  # that ipywidgets is missing: then it is one of text
+            from tqdm.auto import tqdm
+        if not self.screen:
+            from tqdm.std import tqdm
+        where: dict[str, Any] = {"leave": not self.within, "dynamic_ncols": True} if self.screen else {"file": io.StringIO()}
+        made = tqdm(desc=self.what, unit=self.unit or "it", total=self.total, initial=self.done, bar_format=self._format, **where)
+        made.start_t = self.started
+        return made
+
+
+_here = _Here()
+_under_way: WeakSet[Bar] = WeakSet()  # those that are shown, of all threads
 _lock = threading.Lock()
 _teller: threading.Thread | None = None
 
 
-def bar_of(show: bool, what: str, unit: str, **counts: int) -> Any:
-    """A bar of tqdm, to be used in a `with`; without a terminal lines for all bars, without ipywidgets one of text."""
+@contextmanager
+def bar_of(
+    show: bool,
+    what: str,
+    unit: str = "",
+    *,
+    total: int | None = None,
+    done: int = 0,
+    at_once: bool = False,
+    best: Callable[[], str] = str,
+    keeps: Callable[[Any], tuple[str, object, str] | None] | None = None,
+    on: tuple[type[BaseException], ...] = (KeyboardInterrupt,),
+) -> Iterator[Bar]:
+    """The bar of a computation, which counts `unit`s and tells the `best` so far in words. One within another that is not shown is not shown either.
+
+    An interrupt (Ctrl-C), or each error of `on`, gets what `keeps` makes of them: the name of an attribute, its value, and a sentence about it. Of
+    bars within each other the outermost one that keeps anything does.
+    """
+    outer = _here.bars[:]
+    shown = show and sys.stderr is not None and all(bar.shown for bar in outer)
+    bar = Bar(what, unit, total, done, best, keeps, shown, bool(outer))
+    _here.bars.append(bar)
+    try:
+        if shown:
+            _tell_of(bar, at_once)
+        yield bar
+    except on as error:  # no class of its own: the exit status stays Python's
+        if keeps and not any(one.keeps for one in outer) and (kept := keeps(error)):
+            setattr(error, kept[0], kept[1])
+            error.add_note(f"{what}: {kept[2]}")
+        raise
+    finally:
+        _here.bars[:] = outer
+        with _lock:
+            _under_way.discard(bar)
+            if bar.drawn is not None and bar.screen:
+                bar.look().close()
+
+
+def _tell_of(bar: Bar, at_once: bool) -> None:
     global _teller
-    from tqdm import TqdmWarning  # only long computations need it
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", TqdmWarning)  # that ipywidgets is missing
-        from tqdm.auto import tqdm
-    if not show or sys.stderr is None:
-        return tqdm(disable=True)
-    if "ipykernel.zmqshell" in sys.modules or sys.stderr.isatty():
-        return tqdm(desc=what, unit=unit, disable=False, **counts)
-    from tqdm.std import tqdm as plain
-
-    far = "{n_fmt} of {total_fmt}" if "total" in counts else "{n_fmt} so far"
-    bar = plain(desc=what, unit=unit, bar_format=f"{{desc}}: {far}, {{elapsed}}", file=io.StringIO(), mininterval=float("inf"), **counts)
-    if bar.disable:  # by the variable TQDM_DISABLE
-        return bar
     with _lock:
-        _unseen.add(bar)
-        if _teller is None or not _teller.is_alive():  # also in a process that was forked
+        if at_once and bar.screen:
+            bar.look()
+        _under_way.add(bar)
+        if _teller is None or not _teller.is_alive():
             _teller = threading.Thread(target=_tell, daemon=True)
             _teller.start()
-    return bar
 
 
 def _tell() -> None:
-    """Lines as long as a bar is under way; from a thread, so that they come also within a step that takes long."""
+    """Show what is under way, as long as anything is; from a thread, so that it is shown also within a step that takes long."""
     global _teller
-    wait = _FIRST
+    wait, line = _FIRST, 0.0
     while True:
         time.sleep(wait)
-        wait = _EVERY
+        wait, now = _DRAWN, time.time()
         with _lock:
-            bars = sorted((bar for bar in _unseen if not bar.disable), key=lambda bar: bar.start_t)  # closed ones are disabled
-            if not bars:
+            if not _under_way:
                 _teller = None
                 return
-        if time.time() - bars[0].start_t >= _FIRST:
+            long = sorted((bar for bar in _under_way if now - bar.started >= _FIRST), key=lambda bar: bar.started)
             with suppress(OSError, ValueError):  # nobody reads them any more
-                print(*bars, sep="; ", file=sys.stderr, flush=True)
+                for bar in long:
+                    if bar.screen:
+                        bar.look()
+                lines = [str(look) for bar in long if not (bar.screen or (look := bar.look()).disable)]
+                if lines and now >= line:
+                    line = now + _EVERY
+                    print(*lines, sep="; ", file=sys.stderr, flush=True)
+
+
+def _forget() -> None:
+    """In a process that was forked: the bars are those of the one that it comes from."""
+    global _lock, _teller
+    _lock, _teller = threading.Lock(), None
+    _under_way.clear()
+    _here.bars.clear()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget)

@@ -12,7 +12,7 @@ from scipy.linalg import LinAlgError
 from scipy.sparse import block_array, csr_matrix, hstack, identity
 from scipy.sparse.csgraph import connected_components
 
-from ..contact import EQUILIBRIUM, Array, ContactSystem, Integers, checked_cases, checked_contact, finite_array, place
+from ..contact import EQUILIBRIUM, Array, ContactSystem, Integers, bar_of, checked_cases, checked_contact, finite_array, flag, place
 from ..errors import ModelError
 from .given import check_forgotten, checked_gap, checked_normals, checked_pairs, checked_rows, checked_stiffness, same_point
 from .interface import Interface, check_course, check_sides, frames_of, guided, half_widths, openings
@@ -36,6 +36,7 @@ def condense(
     gap: ArrayLike | None = None,
     contact: ArrayLike | None = None,
     width: ArrayLike | None = None,
+    progress: bool = True,
 ) -> ContactSystem:
     """Condense the stiffness matrix of any finite-element code to the contacts of its bodies, in the plane or in space.
 
@@ -80,6 +81,8 @@ def condense(
         (N,) names of the contact that each pair belongs to; None: one contact, "contact".
     width
         (N,) tributary lengths, in space areas; None: in the plane half the distances to the neighbours on the same contact, in space not known.
+    progress
+        Whether to show after two seconds how far it is. Nothing of it is of use before the end, so Ctrl-C keeps nothing.
 
     Returns
     -------
@@ -152,7 +155,9 @@ def condense(
     _, body = connected_components(graph, directed=False)
     motions = free_motions(K, rows, where, body, others)
     interface = interface.sliding(motions, rows)
-    S, bonded, L = condensed(Glued(K, rows, where, graph, interface, motions, lambda node: f"node {node} of body {body[node]}", others), F)
+    glued = Glued(K, rows, where, graph, interface, motions, lambda node: f"node {node} of body {body[node]}", others)
+    with bar_of(flag("progress", progress), "condensation"):
+        S, bonded, L = condensed(glued, F)
     return ContactSystem(S, x, bonded, gap=apart, frames=interface.frames, contact=np.array(names), width=widths, compliance=L)
 
 

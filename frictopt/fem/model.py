@@ -12,7 +12,7 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS, ContactSystem, Shown, joined, parted
+from ..contact import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS, ContactSystem, Shown, bar_of, flag, joined, parted
 from ..contact.checks import Array, checked_cases, checked_loads, checked_units, finite_array, frozen, listed_parts, shown
 from ..contact.parts import compliances
 from ..errors import ModelError, ModelWarning
@@ -123,10 +123,15 @@ class ContactModel(Shown, Viewed):
         if joint.missed > _MISSED:
             _warn(f"contacts: {contact.name!r}: its facets may miss curved faces by {joint.missed:.2g} of the widest measured gap; mesh finer")
 
-    def condense(self) -> ContactSystem:
+    def condense(self, *, progress: bool = True) -> ContactSystem:
         """Condense the glued bodies to the relative motion of the contacts, see `frictopt.condense`.
 
         The nodes are those of body 1 of each contact, contact after contact, in the plane in the direction in which body 1 is on the left.
+
+        Parameters
+        ----------
+        progress
+            Whether to show after two seconds how far it is.
 
         Raises
         ------
@@ -140,7 +145,8 @@ class ContactModel(Shown, Viewed):
         parts.check_ends()
         force, moved, _ = (np.column_stack(columns) for columns in zip(*self._cases.values(), strict=True))
         pulls, drawn = R.T @ force, glued.K @ moved
-        S, bonded, L = condensed(glued, dict(zip(self._cases, (pulls - drawn).T, strict=True)))
+        with bar_of(flag("progress", progress), "condensation"):
+            S, bonded, L = condensed(glued, dict(zip(self._cases, (pulls - drawn).T, strict=True)))
         L += pulls.T @ moved + moved.T @ (pulls - drawn) + force.T @ (D @ force)  # of moved supports, and of bolts that are cut
         stress = self.kinematics == "plane_stress"
         moduli = {name: body.material.E if stress else body.material.plane_modulus for name, body in self.bodies.items()}
@@ -154,7 +160,9 @@ class ContactModel(Shown, Viewed):
         tangential, normal = self._springs
         return rigid.with_contact_stiffness(tangential=tangential, normal=normal)
 
-    def recover(self, loads: Mapping[str, float] | Steady, slip: ArrayLike | None = None, gap: ArrayLike | None = None) -> BodyFields:
+    def recover(
+        self, loads: Mapping[str, float] | Steady, slip: ArrayLike | None = None, gap: ArrayLike | None = None, *, progress: bool = True
+    ) -> BodyFields:
         """Displacements and stresses in the bodies at a state of the contact: one solve with a factorisation that is kept from the first time on.
 
         Parameters
@@ -164,6 +172,8 @@ class ContactModel(Shown, Viewed):
         slip, gap
             Slip v, (N,) or (N, 2) in space, and gap w, (N,), of the state, length; of a steady state neither, for it has them. The gap of a state
             contains the initial one of this model; no gap means just that one.
+        progress
+            Whether to show after two seconds how far the factorisation is.
 
         Warns
         -----
@@ -207,7 +217,8 @@ class ContactModel(Shown, Viewed):
             system = self._condensed
             motion -= compliances(*self._springs, parts.width, d - 1) * (joined(*system.reaction(amplitudes)) + system.S @ motion)
         motion[-n:] += overlap
-        u, r = self._recovery.displacements(R.T @ force, lift, motion)
+        with bar_of(flag("progress", progress), "recovery"):
+            u, r = self._recovery.displacements(R.T @ force, lift, motion)
         if gap is not None:
             warn_of_open_nodes(w, r, float(np.abs(u).max()))
         u = parts.tied @ (R @ u + D @ force)

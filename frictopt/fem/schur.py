@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, blas, lapack
 from scipy.sparse import csr_matrix, triu
 
-from ..contact import ROUNDING, Array, Integers
+from ..contact import ROUNDING, Array, Integers, bar_of
 
 _LEAF = 64  # parts of at most this many nodes are not cut further
 _FAR, _NEAR, _SEPARATOR = 0, 1, 2  # sides of a cut
@@ -68,18 +68,20 @@ class Elimination:
         place = np.zeros(len(order), dtype=np.intp)
         waiting: list[list[tuple[Integers, Array]]] = [[] for _ in range(fronts + 1)]
         self._factors: list[tuple[Integers, Integers, Array, Array]] = []
-        for k, (first, last) in enumerate(pairwise(starts[:-1])):
-            rest, own, below, after = _assembled(upper, first, last, waiting[k], place)
-            own, failed = lapack.dpotrf(own, lower=1, overwrite_a=1)
-            pivots = np.diag(own) ** 2
-            pivots[failed - 1 if failed else len(pivots) :] = 0.0
-            if (none := pivots <= least[first:last]).any():
-                raise LinAlgError(int(order[first + none.argmax()]))
-            if len(rest):
-                below = blas.dtrsm(1.0, own, below, side=1, lower=1, trans_a=1, overwrite_b=1)
-                waiting[front[rest[0]]].append((rest, blas.dsyrk(-1.0, below, beta=1.0, c=after, lower=1, overwrite_c=1)))
-            if keep:
-                self._factors.append((order[first:last], order[rest], own, below))
+        with bar_of(True, "elimination", "unknown", total=int(starts[-2])) as bar:
+            for k, (first, last) in enumerate(pairwise(starts[:-1])):
+                rest, own, below, after = _assembled(upper, first, last, waiting[k], place)
+                own, failed = lapack.dpotrf(own, lower=1, overwrite_a=1)
+                pivots = np.diag(own) ** 2
+                pivots[failed - 1 if failed else len(pivots) :] = 0.0
+                if (none := pivots <= least[first:last]).any():
+                    raise LinAlgError(int(order[first + none.argmax()]))
+                if len(rest):
+                    below = blas.dtrsm(1.0, own, below, side=1, lower=1, trans_a=1, overwrite_b=1)
+                    waiting[front[rest[0]]].append((rest, blas.dsyrk(-1.0, below, beta=1.0, c=after, lower=1, overwrite_c=1)))
+                if keep:
+                    self._factors.append((order[first:last], order[rest], own, below))
+                bar.update(last - first)
         left = np.tril(_assembled(upper, starts[-2], starts[-1], waiting[-1], place)[1])
         self._kept = order[starts[-2] :]
         self.S: Array = left + np.tril(left, -1).T

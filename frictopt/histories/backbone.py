@@ -87,17 +87,15 @@ def backbone_curve(
         gross = error
     factors = _checked_factors(load_factors, gross)
     limits = (shakedown_limit(system, cycle, f).load_factor, guaranteed_limit(system, cycle, f)) if searched else None
-    asked, seen = _Asked(system, cycle, f, load, gross, limits, {"steps": steps, "progress": progress}), list[_Seen]()
-    with bar_of(flag("progress", progress), "backbone curve", "load factor", total=len(factors)) as bar:
-        try:
-            for factor in factors:
-                seen.append(asked.follow(float(factor)))
-                bar.update()
-        except KeyboardInterrupt as interrupt:
-            if seen:
-                interrupt.curve = asked.curve(seen)  # type: ignore[attr-defined]
-                interrupt.add_note(f"backbone_curve: {len(seen)} of {len(factors)} load factors are in the attribute `curve`")
-            raise
+    asked, seen = _Asked(system, cycle, f, load, gross, limits, {"steps": steps}), list[_Seen]()
+
+    def kept(_: object) -> tuple[str, BackboneCurve, str] | None:
+        return ("curve", asked.curve(seen), f"{len(seen)} of {len(factors)} load factors are in the attribute `curve`") if seen else None
+
+    with bar_of(flag("progress", progress), "backbone curve", "load factor", total=len(factors), keeps=kept) as bar:
+        for factor in factors:
+            seen.append(asked.follow(float(factor)))
+            bar.update()
     if all(one.error for one in seen):
         raise seen[0].error  # type: ignore[misc]
     return asked.curve(seen)

@@ -1,43 +1,32 @@
-"""Studies: the steady states of many transients as one table, for one friction or many; what a study asks may stand in a file."""
+"""Studies: the steady states of many transients as one table, for one friction or load cycle or many."""
 
 from __future__ import annotations
 
 import os
-import tomllib
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import ExitStack, closing, suppress
-from functools import partial
-from inspect import signature
+from contextlib import closing, nullcontext, suppress
 from itertools import product
-from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
-from scipy import stats
 
 from ..contact import ContactSystem, LoadCycle, bar_of, checked_cycle, checked_system, friction_coefficients
-from ..contact.checks import LARGEST_SEED, Array, choice, finite_array, finite_numbers, flag, frozen, listed, shown, warns_of_odd_values, whole_number
-from ..contact.files import WRITERS, output
+from ..contact.checks import LARGEST_SEED, Array, finite_array, finite_numbers, flag, frozen, listed, shown, warns_of_odd_values, whole_number
 from ..errors import ModelError, SolverError, StoreError
 from ..limits import ShakedownLimit, shakedown_limit
-from . import starts as families
-from .runs import FAILED, TYPES, Case, Row, Run, Store, execute
+from .runs import Case, Run, execute
 from .starts import Start, given_slips, no_slip
+from .store import FAILED, TYPES, Row, Store
 
-T = TypeVar("T")
 _COLUMNS = (
     "friction friction_std friction_number load_factor load_ratio shakedown_limit start family seed amplitude outcome dissipation dissipation_scaled "
     "first_cycle largest_share cycles slipping open residual engine seconds error"
 ).split()
 _TYPES = {"seed": "Int64", "friction_number": "int64", "family": "str", **TYPES}
-_NEEDED = ("system", "cycle", "friction", "load_factors")
-_KNOWN = (*_NEEDED, "starts", "store", "table", "picture")
-_STARTS = ("no_slip", "safe_slips", "random_slips", "overloads")
-_READERS = {".csv": pd.read_csv, ".xlsx": pd.read_excel, ".parquet": pd.read_parquet}
 
 
 @warns_of_odd_values
@@ -124,27 +113,31 @@ def dissipation_study(
     flag("progress", progress)
     wanted = list(product(range(len(fields)), factors, begins))[chosen]
     rows: dict[str, Row] = {}
-    with ExitStack() as stack:
-        kept = None if store is None else stack.enter_context(closing(Store(store)))
-        cases = {number: Case(system, cycle, f := fields[number], _limit(system, cycle, f), number) for number in sorted({one[0] for one in wanted})}
+    with nullcontext() if store is None else closing(Store(store)) as file:
+        cases = {
+            number: Case(system, cycle, f := fields[number], _limit(system, cycle, f, progress), number)
+            for number in sorted({one[0] for one in wanted})
+        }
         runs = [Run(cases[number], factor, start) for number, factor, start in wanted]
-        keys, table = {run.key: run for run in runs}, partial(_table, system, cycle, runs, rows)
-        try:
-            if kept is not None:
-                rows.update((row["key"], row) for row in kept.read().to_dict("records") if row["key"] in keys and row["outcome"] != FAILED)
-            missing = [run for key, run in keys.items() if key not in rows]
-            bar = stack.enter_context(bar_of(progress, "transients", "run", total=len(keys), initial=len(rows)))
-            for found, answered in stack.enter_context(closing(execute(missing, executor))):
-                rows.update((row["key"], row) for row in found)
-                if kept is not None and answered:
-                    kept.write(found)
-                bar.update(len(found))
-        except (StoreError, KeyboardInterrupt) as error:
-            done = error.table = table()  # type: ignore[union-attr]  # no class of its own: the exit status stays Python's
-            known = "" if kept is None else f" and in {str(kept.path)!r}, from where the same call goes on"
-            error.add_note(f"dissipation_study: {done.attrs['missing']} runs are left; {len(done)} are in the attribute `table`{known}")
-            raise
-    return table()
+        keys = {run.key: run for run in runs}
+        if file is not None:
+            rows.update((row["key"], row) for row in file.read().to_dict("records") if row["key"] in keys and row["outcome"] != FAILED)
+
+        def keep(found: list[Row], answered: bool) -> None:
+            rows.update((row["key"], row) for row in found)
+            if file is not None and answered and found:
+                file.write(found)
+            bar.count = len(rows)
+
+        def kept(_: object) -> tuple[str, object, str]:
+            table = _table(system, cycle, runs, rows)
+            known = "" if file is None else f" and in {str(file.path)!r}, from where the same call goes on"
+            return "table", table, f"{table.attrs['missing']} runs are left; {len(table)} are in the attribute `table`{known}"
+
+        missing, on = [run for key, run in keys.items() if key not in rows], (KeyboardInterrupt, StoreError)
+        with bar_of(progress, "transients", "run", total=len(keys), done=len(rows), at_once=True, keeps=kept, on=on) as bar:
+            execute(missing, executor, keep)
+    return _table(system, cycle, runs, rows)
 
 
 def _table(system: ContactSystem, cycle: LoadCycle, runs: Sequence[Run], rows: Mapping[str, Row]) -> pd.DataFrame:
@@ -172,9 +165,9 @@ def _checked_shard(shard: object) -> slice:
     return slice(whole_number("shard k", part[0], least=1, most=count) - 1, None, count)
 
 
-def _limit(system: ContactSystem, cycle: LoadCycle, friction: Array) -> ShakedownLimit | None:
+def _limit(system: ContactSystem, cycle: LoadCycle, friction: Array, progress: bool) -> ShakedownLimit | None:
     with suppress(SolverError):
-        return shakedown_limit(system, cycle, friction)
+        return shakedown_limit(system, cycle, friction, progress=progress)
     return None
 
 
@@ -222,79 +215,3 @@ def _drawn(distribution: Any, nodes: int, generator: np.random.Generator | None)
     if generator is None:
         raise ModelError("rng: None, and friction has a distribution; give a seed, so that the study can be repeated")
     return frozen(distribution.rvs(size=nodes, random_state=generator))
-
-
-def read_plan(file: str | Path) -> tuple[dict[str, Any], dict[str, Path]]:
-    """Arguments of `dissipation_study` from a file of TOML, and the files to be written: store, and table and picture where they are named.
-
-    Names of files are relative to the folder of the file. `system`, `cycle` (the arguments of `LoadCycle`, or a `history` with those of
-    `from_history`), `friction` (a number, a list, or a `distribution` of scipy.stats with its parameters, `draws` and the seed `rng`), `load_factors`
-    and, if wanted, `starts` (name of a function of `fo.starts` -> its arguments), `store`, `table` and `picture`. ModelError: not such a file, or
-    something in it that the study would refuse.
-    """
-    path = Path(file)
-    try:
-        plan = tomllib.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise ModelError(f"{file}: {error}; give a file in TOML") from error
-    unknown, missing = sorted(set(plan) - set(_KNOWN)), [name for name in _NEEDED if name not in plan]
-    wrong = [f"{', '.join(names)} {verb}" for names, verb in ((unknown, "unknown"), (missing, "missing")) if names]
-    if wrong:
-        raise ModelError(f"{file}: {' and '.join(wrong)}; a study has {', '.join(_KNOWN)}")
-    names = {name: path.parent / _told(name, plan[name], str) for name in ("system", "store", "table", "picture") if name in plan}
-    files = {"store": names.get("store", path.with_suffix(".sqlite"))}
-    files |= {name: output(names[name], *endings) for name, endings in (("table", WRITERS), ("picture", ())) if name in names}
-    system, friction, given = ContactSystem.load(names["system"]), plan["friction"], dict(_told("cycle", plan["cycle"], dict))
-    history = (read_table(path.parent / str(given.pop("history"))),) if "history" in given else ()
-    cycle = _called("cycle", LoadCycle.from_history if history else LoadCycle, *history, **given)
-    drawn = _distributions(**friction) if isinstance(friction, dict) else {"friction": friction}
-    begins = list[Start]()
-    for name, options in _told("starts", plan.get("starts", {"no_slip": {}}), dict).items():
-        first = (system,) if choice("starts", name, _STARTS) == "random_slips" else ()
-        begins += _called(f"starts.{name}", getattr(families, name), *first, **_told(f"starts.{name}", options, dict))
-    return {"system": system, "cycle": cycle, "load_factors": plan["load_factors"], "starts": begins, **drawn}, files
-
-
-def _told(name: str, value: object, kind: type[T]) -> T:
-    """A part of a plan, of a kind that it needs."""
-    if not isinstance(value, kind):
-        raise ModelError(f"{name}: {value!r}; give {'the name of a file' if kind is str else f'a table of TOML, [{name}]'}")
-    return value
-
-
-def _called(what: str, function: Callable[..., T], *first: Any, **options: Any) -> T:
-    """The value of a function whose options come from a file."""
-    try:
-        return function(*first, **options)
-    except TypeError as error:  # an option that it does not have, or lacks
-        parameters = signature(function).parameters.values()
-        known = [one.name for one in parameters if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY)][len(first) :]
-        raise ModelError(f"{what}: {error}" + (f"; its options are {', '.join(known)}" if known else "")) from error
-
-
-def _distributions(distribution: object = None, draws: object = 1, rng: object = 0, **parameters: Any) -> dict[str, Any]:
-    """Frictions and seed."""
-    kind = getattr(stats, distribution, None) if isinstance(distribution, str) else None
-    if not isinstance(kind, stats.rv_continuous) or not isinstance(draws, int):
-        raise ModelError(f"friction: distribution {distribution!r}, draws {draws!r}; give one of scipy.stats, such as 'norm', and a number")
-    return {"friction": [_called("friction", kind, **parameters)] * draws, "rng": rng}
-
-
-def read_table(file: str | Path) -> pd.DataFrame:
-    """The table of a file of pandas; ModelError: another ending, or no table."""
-    path = Path(file)
-    if path.suffix not in _READERS:
-        raise ModelError(f"history: {str(file)!r}; give a file that ends in {', '.join(_READERS)}")
-    try:
-        table = _READERS[path.suffix](path)
-    except ValueError as error:
-        raise ModelError(f"history: {str(file)!r} is no table ({error})") from error
-    if path.suffix == ".csv" and (not isinstance(table.index, pd.RangeIndex) or all(";" in str(name) for name in table)):
-        raise ModelError(
-            f"history: {str(file)!r} has semicolons between its columns, or rows of more values than names; write commas between columns and points "
-            "in the numbers, and name each column"
-        )
-    for name in table.select_dtypes(exclude=["number", "datetime"]):
-        with suppress(ValueError, TypeError):  # what is no date, the load cycle refuses by its name
-            table[name] = pd.to_datetime(table[name], format="ISO8601")
-    return table

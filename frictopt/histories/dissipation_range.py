@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import pandas as pd
@@ -119,7 +119,8 @@ def dissipation_range(
     slip_bound
         Largest residual slip `abs(v)` of the starts, one or one per node, length; None for no bound. A slide of the whole body counts.
     steps, progress
-        Number of increments from corner to corner (None: the exact path in the plane, 20 in space), and whether to show a bar after two seconds.
+        Number of increments from corner to corner (None: the exact path in the plane, 20 in space), and whether to show after two seconds how far it
+        is. Ctrl-C stays a KeyboardInterrupt; its attribute `range` is that of the transients in all increments by then, without their step error.
 
     Raises
     ------
@@ -144,9 +145,19 @@ def dissipation_range(
     """
     task = pose(system, cycle, friction, slip_bound=slip_bound)
     load_factor = finite_number("load_factor", load_factor, least=0.0)
-    starts = RangeStarts(task, load_factor)
-    with bar_of(flag("progress", progress), "dissipation range", "transient", delay=2) as bar:
-        return _range(Search(task, load_factor, steps, bar.update), starts)
+    starts, runs = RangeStarts(task, load_factor), Search(task, load_factor, steps, lambda: bar.update())
+
+    def told() -> str:
+        works = [orbit.work for orbit in runs.orbits]
+        return f"work from {min(works):.4g} to {max(works):.4g} so far" if works else ""
+
+    def kept(_: object) -> tuple[str, object, str] | None:
+        found = runs.orbits
+        why = f"{told()}: the attribute `range` is that of the transients by then"
+        return ("range", _result(found, lambda orbit: orbit.state, runs.levels(found), runs.transients), why) if found else None
+
+    with bar_of(flag("progress", progress), "dissipation range", "transient", best=told, keeps=kept) as bar:
+        return _range(runs, starts)
 
 
 def _range(runs: Search, starts: RangeStarts) -> DissipationRange:
@@ -167,10 +178,17 @@ def _range(runs: Search, starts: RangeStarts) -> DissipationRange:
     if not levels:
         raise NoContinuation(f"dissipation range: none of {len(followed)} transients has a result; the first one says: {followed[0].end}")
     ends = _climbed(runs, levels[:1], levels[-1:]) if begun else _searched(runs, levels)
-    orbits = [orbit for orbit in (*followed, *ends) if orbit.state is not None]
-    low, high = min(orbits, key=lambda orbit: orbit.work), max(orbits, key=lambda orbit: orbit.work)
-    least = runs.told(low)
-    most = least if high is low else runs.told(high)
+    known = runs.levels([end for end in ends if end.end != FAR] or levels)
+    return _result([*followed, *ends], runs.told, known, runs.transients + (rough.transients if rough else 0))
+
+
+def _result(orbits: Sequence[Orbit], told: Callable[[Orbit], SteadyState | None], levels: Sequence[Orbit], transients: int) -> DissipationRange:
+    """The range of orbits of which at least one has a steady state; `told` gives that of an end."""
+    found = [orbit for orbit in orbits if orbit.state is not None]
+    low, high = min(found, key=lambda orbit: orbit.work), max(found, key=lambda orbit: orbit.work)
+    least = told(low)
+    most = least if high is low else told(high)
+    assert least is not None and most is not None
     return DissipationRange(
         least=least.dissipation,
         most=most.dissipation,
@@ -178,10 +196,10 @@ def _range(runs: Search, starts: RangeStarts) -> DissipationRange:
         worst_start=frozen(high.start),
         least_state=least,
         most_state=most,
-        transients=runs.transients + (rough.transients if rough else 0),
-        levels=tuple(orbit.work for orbit in runs.levels([end for end in ends if end.end != FAR] or levels)),
+        transients=transients,
+        levels=tuple(orbit.work for orbit in levels),
         residual=max(least.residual, most.residual),
-        _orbits=tuple(replace(orbit, path=None) for orbit in (*followed, *ends)),  # paths are large
+        _orbits=tuple(replace(orbit, path=None) for orbit in orbits),  # paths are large
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import Array, ContactSystem, Kept, LoadCycle, Plotted, checked_loads, finite_number, frozen, warns_of_odd_values
+from ..contact import Array, ContactSystem, Kept, LoadCycle, Plotted, bar_of, checked_loads, finite_number, flag, frozen, warns_of_odd_values
 from ..errors import ModelError
 from .protocols import REST, TransientsAfter, first_change
 from .starts import LoadStep, smooth, smooth_modes
@@ -73,6 +73,7 @@ def least_excursion(
     excursion: Mapping[str, float],
     start: str | ArrayLike = "worst",
     steps: int | None = None,
+    progress: bool = True,
 ) -> LeastExcursion:
     """Find the least excursion from the mean load and back after which the contact comes to rest.
 
@@ -88,8 +89,8 @@ def least_excursion(
         The contact, its load cycle, its coefficient of friction, one or one per node, and the load factor, >= 0.
     excursion
         Largest excursion, load case name -> change of its amplitude.
-    start, steps
-        As in `limit_after_protocol`.
+    start, steps, progress
+        As in `limit_after_protocol`; `table` has the shares tried by then.
 
     Raises
     ------
@@ -111,13 +112,9 @@ def least_excursion(
     >>> fo.least_excursion(pair, cycle, friction=0.6, load_factor=0.6, excursion={"P": 5.0}).share
     inf
     """
-    transients = TransientsAfter(system, cycle, friction, start, steps)
     load_factor, largest = finite_number("load_factor", load_factor, least=0.0), checked_loads("excursion", excursion)
     if not any(largest.values()):
         raise ModelError("excursion: no load changes; give load case name -> change of its amplitude")
-    system.reaction(largest)
-    samples = _SAMPLES if transients.worst else 0
-    drawn = _drawn(np.random.default_rng(0), system, max(float(np.ptp(start, axis=0).max()) for start in transients.starts))
     tried: list[tuple[float, str]] = []
 
     def turning(share: float) -> LoadStep:
@@ -133,14 +130,24 @@ def least_excursion(
     def slipping(starts: Iterable[Array]) -> Array | None:
         return next((start for start in starts if outcome(share, start) != REST), None)
 
-    share, hardest = 0.0, transients.starts[0]
-    while np.isfinite(share):
-        if (found := slipping(transients.starts)) is None:
-            if (found := slipping(islice(drawn, samples))) is None:
-                break
-            transients.starts.append(found)
-        hardest = found
-        share = first_change(rests, _SHARES, share, _NARROW)[1]
+    def kept(_: object) -> tuple[str, object, str]:
+        table = pd.DataFrame(tried, columns=["share", "outcome"])
+        return "table", table, f"at least {share:.4g}; the shares tried are in the attribute `table`"
+
+    share = 0.0
+    with bar_of(flag("progress", progress), "least excursion", "transient", best=lambda: f"at least {share:.4g} so far", keeps=kept) as bar:
+        transients = TransientsAfter(system, cycle, friction, start, steps, bar.update)
+        system.reaction(largest)
+        samples = _SAMPLES if transients.worst else 0
+        drawn = _drawn(np.random.default_rng(0), system, max(float(np.ptp(start, axis=0).max()) for start in transients.starts))
+        hardest = transients.starts[0]
+        while np.isfinite(share):
+            if (found := slipping(transients.starts)) is None:
+                if (found := slipping(islice(drawn, samples))) is None:
+                    break
+                transients.starts.append(found)
+            hardest = found
+            share = first_change(rests, _SHARES, share, _NARROW)[1]
     known = bool(np.isfinite(share))
     table = pd.DataFrame(tried, columns=["share", "outcome"])
     loads = turning(share).loads if known else None

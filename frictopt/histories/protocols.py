@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, Kept, LoadCycle, Outcome, Plotted, checked_cycle, checked_system, friction_coefficients
+from ..contact import ContactSystem, Kept, LoadCycle, Outcome, Plotted, bar_of, checked_cycle, checked_system, flag, friction_coefficients
 from ..contact.checks import Array, choice, finite_array, finite_number, frozen, listed_parts, warns_of_odd_values, whole_number
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import shakedown_limit
@@ -25,9 +25,11 @@ REST, SLIP, UNDECIDED = "rest", "slip", "UNDECIDED"
 
 
 class TransientsAfter:
-    """Transients of one contact from its starts ("assembled", "worst", or a slip) through a protocol into its load cycle, counted."""
+    """Transients of one contact from its starts ("assembled", "worst", or a slip) through a protocol into its load cycle; `tell` counts."""
 
-    def __init__(self, system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, start: str | ArrayLike, steps: int | None) -> None:
+    def __init__(
+        self, system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, start: str | ArrayLike, steps: int | None, tell: Callable[[], object]
+    ) -> None:
         self.system, self.cycle, self.steps = checked_system(system), checked_cycle(cycle), steps
         self.friction = np.array(friction_coefficients(friction, system.nodes))
         kind = choice("start", start, ("assembled", "worst")) if isinstance(start, str) else ""
@@ -35,7 +37,7 @@ class TransientsAfter:
         self.starts = [np.zeros(system.slip_shape) if kind else finite_array("start", start, system.slip_shape)]
         if self.worst:
             self.starts += RangeStarts(pose(system, cycle, self.friction), 0.0).under_mean_load.values()
-        self.count, self.residual = 0, 0.0
+        self.count, self.residual, self._tell = 0, 0.0, tell
 
     def rests(self, load_factor: float, protocol: Sequence[LoadStep]) -> str:
         """Whether the contact comes to rest from all starts; one from which it keeps slipping goes to the front, for the next load factor."""
@@ -54,6 +56,7 @@ class TransientsAfter:
         if steps:
             path.check_near("protocol", steps)
         self.count += 1
+        self._tell()
         try:
             if self.assembled:
                 assemble(path)
@@ -148,6 +151,7 @@ def limit_after_protocol(
     scan: int = 25,
     tolerance: float = 1e-4,
     steps: int | None = None,
+    progress: bool = True,
 ) -> LimitAfterProtocol:
     """Find the load factor up to which a contact comes to rest, for how it is assembled and what is done to it before its load cycle.
 
@@ -166,8 +170,9 @@ def limit_after_protocol(
     up_to, scan, tolerance
         Largest load factor tried (None: the shakedown limit), number of load factors tried before the bisection, and width of its last interval over
         the largest load factor tried.
-    steps
-        Number of increments from load to load. None: the exact path in the plane, 20 in space.
+    steps, progress
+        Number of increments from load to load (None: the exact path in the plane, 20 in space), and whether to show after two seconds how far it is.
+        Ctrl-C stays a KeyboardInterrupt with an attribute `table`, the load factors tried by then.
 
     Raises
     ------
@@ -189,24 +194,34 @@ def limit_after_protocol(
     [0.54, 0.85, 1.0]
     """
     visits = listed_parts("protocol", protocol, LoadStep)
-    transients = TransientsAfter(system, cycle, friction, start, steps)
-    limit = shakedown_limit(system, cycle, friction).load_factor
     scan, tolerance = whole_number("scan", scan, least=1), finite_number("tolerance", tolerance, above=0.0, below=1.0)
-    if up_to is None and not 0 < limit < np.inf:
-        raise ModelError(f"up_to: None, and the shakedown limit is {limit:g}; give the largest load factor to try")
-    largest = limit if up_to is None else finite_number("up_to", up_to, above=0.0)
     tried: dict[float, str] = {}
+
+    def told() -> str:
+        found = sorted(tried.items())
+        first = next((factor for factor, outcome in found if outcome != REST), np.inf)
+        return f"rest up to {max((factor for factor, _ in found if factor < first), default=0.0):.4g} so far"
+
+    def kept(_: object) -> tuple[str, object, str]:
+        table = pd.DataFrame(sorted(tried.items()), columns=["load_factor", "outcome"])
+        return "table", table, f"{told()}; the {len(table)} load factors tried are in the attribute `table`"
 
     def slips(load_factor: float) -> bool:
         tried[load_factor] = transients.rests(load_factor, visits)
         return tried[load_factor] != REST
 
-    grid = largest * np.arange(1, scan + 1) / scan
-    low, high = first_change(slips, grid, 0.0, tolerance * largest)
-    starts = frozen(transients.starts)  # others may come to the front above
-    for factor in grid[grid > high].tolist():
-        if factor not in tried:
-            slips(factor)
+    with bar_of(flag("progress", progress), "limit after a protocol", "transient", best=told, keeps=kept) as bar:
+        transients = TransientsAfter(system, cycle, friction, start, steps, bar.update)
+        limit = shakedown_limit(system, cycle, friction).load_factor
+        if up_to is None and not 0 < limit < np.inf:
+            raise ModelError(f"up_to: None, and the shakedown limit is {limit:g}; give the largest load factor to try")
+        largest = limit if up_to is None else finite_number("up_to", up_to, above=0.0)
+        grid = largest * np.arange(1, scan + 1) / scan
+        low, high = first_change(slips, grid, 0.0, tolerance * largest)
+        starts = frozen(transients.starts)  # others may come to the front above
+        for factor in grid[grid > high].tolist():
+            if factor not in tried:
+                slips(factor)
     table = pd.DataFrame(sorted(tried.items()), columns=["load_factor", "outcome"])
     table.insert(1, "ratio", table["load_factor"] / limit)
     return LimitAfterProtocol(low, high, limit, starts, table, transients.count, transients.residual)

@@ -77,6 +77,11 @@ class Search:
         self._rng = np.random.default_rng(0)
         self._met: list[tuple[Array, Orbit]] = []  # states after one cycle, in slip scales, and what came of them
 
+    @property
+    def orbits(self) -> list[Orbit]:
+        """Those that led to a steady state that no other one had met before."""
+        return [orbit for _, orbit in self._met]
+
     def in_few_increments(self) -> "Search | None":
         """A rough search of the same contact; None on the exact path, and where the increments are few already."""
         steps = path_of(*self._asked, steps=self._steps).steps

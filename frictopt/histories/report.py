@@ -78,14 +78,15 @@ def report(
     """
     f = np.array(friction_coefficients(friction, checked_system(system).nodes))
     checked_cycle(cycle).corner_reactions(system)  # says which load case is unknown
-    shown, in_space = flag("progress", progress), system.tangents == 2
+    in_space = system.tangents == 2
     steps = _STEPS if steps is None and in_space else steps
     factors = None if load_factors is None else np.array(finite_numbers("load_factors", load_factors, least=0.0))
-    found, missing = dict[str, Any](), dict[str, str]()
+    found, missing, at = dict[str, Any](), dict[str, str](), ""
 
     def ask(part: str, question: Callable[[], Any]) -> Any:
         """The answer, kept; None where there is no such state, or no proof of one."""
-        bar.set_description_str(f"report, {part}")
+        nonlocal at
+        at = part
         try:
             found[_PARTS[part]] = answer = question()
         except (NoContinuation, SolverError) as error:
@@ -93,29 +94,28 @@ def report(
         bar.update()
         return answer
 
-    with bar_of(shown, "report", "part", total=len(_PARTS)) as bar:
-        try:
-            mean = ask("mean load", lambda: mean_state(system, cycle, f))
-            slides = ask("sliding-off load", lambda: gross_slip(system, cycle, f))
-            most = np.inf if slides is None else slides.load_factor
-            if most < 1:
-                missing["transient"] = slides.reason
-            else:
-                ask("transient", lambda: steady_state(system, cycle, f, 1.0, steps=steps, progress=shown))
-            if factors is None:
-                factors = min(1.0, _BELOW * most / LOAD_FACTORS[-1]) * np.array(LOAD_FACTORS)
-            ask("curve", lambda: backbone_curve(system, cycle, f, factors, steps=steps, progress=shown))
-            opened = in_space and mean is not None and bool(mean.open.any())
-            ask("shakedown limit", lambda: shakedown_limit(system, cycle, f, open=mean.open if opened else None))
-            if opened:
-                missing |= dict.fromkeys(("guaranteed limit", "required friction"), _SEARCHED)
-            else:
-                ask("guaranteed limit", lambda: guaranteed_limit(system, cycle, f))
-                ask("required friction", lambda: required_friction(system, cycle, 1.0))
-        except KeyboardInterrupt as interrupt:
-            left = [part for part, name in _PARTS.items() if name not in found and part not in missing]
-            interrupt.report = Report(system, cycle, f, missing | dict.fromkeys(left, "interrupted"), **found)  # type: ignore[attr-defined]
-            interrupt.add_note(f"the attribute `report` of this exception has what is known by then, without {', '.join(left)}")
-            raise
+    def kept(_: object) -> tuple[str, Report, str]:
+        left = [part for part, name in _PARTS.items() if name not in found and part not in missing]
+        known = Report(system, cycle, f, missing | dict.fromkeys(left, "interrupted"), **found)
+        return "report", known, f"what is known by then is the attribute `report`, without {', '.join(left)}"
+
+    with bar_of(flag("progress", progress), "report", "part", total=len(_PARTS), best=lambda: at, keeps=kept) as bar:
+        mean = ask("mean load", lambda: mean_state(system, cycle, f))
+        slides = ask("sliding-off load", lambda: gross_slip(system, cycle, f))
+        most = np.inf if slides is None else slides.load_factor
+        if most < 1:
+            missing["transient"] = slides.reason
+        else:
+            ask("transient", lambda: steady_state(system, cycle, f, 1.0, steps=steps))
+        if factors is None:
+            factors = min(1.0, _BELOW * most / LOAD_FACTORS[-1]) * np.array(LOAD_FACTORS)
+        ask("curve", lambda: backbone_curve(system, cycle, f, factors, steps=steps))
+        opened = in_space and mean is not None and bool(mean.open.any())
+        ask("shakedown limit", lambda: shakedown_limit(system, cycle, f, open=mean.open if opened else None))
+        if opened:
+            missing |= dict.fromkeys(("guaranteed limit", "required friction"), _SEARCHED)
+        else:
+            ask("guaranteed limit", lambda: guaranteed_limit(system, cycle, f))
+            ask("required friction", lambda: required_friction(system, cycle, 1.0))
     limits = {name: found[of].load_factor for name, of in (("shakedown_limit", "limit"), ("guaranteed_limit", "guaranteed")) if of in found}
     return Report(system, cycle, f, missing, **found | {"curve": replace(found["curve"], **limits)} if "curve" in found else found)

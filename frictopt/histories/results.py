@@ -10,7 +10,7 @@ from .guarantee import GuaranteeCheck
 from .kept import load
 from .protocols import LimitAfterProtocol
 from .report_result import Report
-from .runs import DamagedRows, merge_stores, read_store
+from .store import DamagedRows, merge_stores, read_store
 from .wear import WearHistory
 from .worn_in import WornIn
 

@@ -1,51 +1,32 @@
-"""Runs of a study: their input, their rows of results, where they are followed, and the sqlite file that keeps them."""
+"""Runs of a study: their input, their rows of results, and where they are followed."""
 
 import hashlib
-import os
-import sqlite3
 import time
-import warnings
-import zlib
 from collections import deque
-from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, Future
-from contextlib import ExitStack, closing, contextmanager, suppress
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import CancelledError, Executor, Future
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, cached_property
 from math import ceil
-from pathlib import Path
 from queue import SimpleQueue
-from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import ArrayLike
 from threadpoolctl import ThreadpoolController
 
-from ..contact import Array, ContactSystem, LoadCycle, listed
-from ..errors import FrictoptError, ModelError, StoreError
+from ..contact import Array, ContactSystem, LoadCycle
+from ..errors import FrictoptError, ModelError
 from ..limits import ShakedownLimit
 from ..transients import steady_state
 from ..transients.exact.kernel import compiled
 from .starts import Start, root_mean_square
+from .store import FAILED, Row
 
 _libraries = cache(ThreadpoolController)  # of BLAS, found once
 _TASKS = 256  # that an executor has at a time; each holds the arrays of its contact
 _SECONDS = 1.0  # after which a task begins no other run
-
-Row = dict[str, Any]
-FAILED = "FAILED"  # outcome of a run that has no result, which other versions may have
-_KINDS = dict.fromkeys("key start outcome engine error".split(), "str") | dict.fromkeys("cycles slipping open".split(), "Int64")
-_NAMES = (
-    "key friction friction_std load_factor start amplitude outcome dissipation first_cycle largest_share cycles slipping open residual engine "
-    "seconds error"
-).split()
-TYPES = {name: _KINDS.get(name, "float64") for name in _NAMES}  # of the columns in a DataFrame
-_SQL = {"str": "text", "float64": "real", "Int64": "integer"}
-_DECLARED = ", ".join(f"{name} {_SQL[kind]}" for name, kind in TYPES.items())
-_SCHEMA = f"CREATE TABLE runs ({_DECLARED}, checksum integer, PRIMARY KEY (key)) WITHOUT ROWID"
-_VERSION = 4  # of what the columns mean
-_PATIENCE = 60  # seconds to wait for another writer
+_MOMENT = 3.0  # seconds that an interrupt waits for the tasks at work
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,13 +69,15 @@ def _digest(*values: ArrayLike | None) -> bytes:
     return hashlib.sha256(b"".join(hashlib.sha256(part).digest() for part in parts)).digest()
 
 
-def execute(runs: Sequence[Run], executor: Executor | None) -> Generator[tuple[list[Row], bool]]:
-    """Follow runs, here or by an executor, and yield their rows as they finish, in any order; closing the iterator cancels the others.
+def execute(runs: Sequence[Run], executor: Executor | None, keep: Callable[[list[Row], bool], None]) -> None:
+    """Follow runs, here or by an executor; `keep` gets their rows as they finish, in any order. Whatever ends it early cancels the others.
 
-    Rows come with whether they are results of their runs: they are not where the executor lost the runs.
+    Rows come with whether they are results of their runs: they are not where the executor lost the runs. After an interrupt, tasks at work have a
+    moment to hand over the rows that they have finished.
     """
     if executor is None:
-        yield from ((_follow([run]), True) for run in runs)
+        for run in runs:
+            keep(_follow([run]), True)
         return
     if any(run.case.system.tangents == 1 for run in runs):
         compiled()  # once for all processes here
@@ -113,29 +96,52 @@ def execute(runs: Sequence[Run], executor: Executor | None) -> Generator[tuple[l
                     future.set_exception(error)
                 tasks[future] = batch
                 future.add_done_callback(done.put)
-            rows: list[Row] = []
-            for future in [done.get(), *(done.get() for _ in range(done.qsize()))]:  # all at once, because a store may be slower than tasks
-                batch = tasks.pop(future)
+            rows, ended = list[Row](), [done.get(), *(done.get() for _ in range(done.qsize()))]  # all at once: a store may be slower than tasks
+            for future in ended:
                 try:
                     rows += (found := future.result())
-                    waiting.extend(batch[len(found) :])
+                    waiting.extend(tasks[future][len(found) :])
                 except Exception as error:
-                    yield [_failed(run, f"not followed, its executor lost it ({error!r}); start the study again") for run in batch], False
-            yield rows, True
+                    keep([_failed(run, f"not followed, its executor lost it ({error!r}); start the study again") for run in tasks[future]], False)
+            keep(rows, True)
+            for future in ended:
+                del tasks[future]
+    except KeyboardInterrupt:  # of this process, or of one at work, for a terminal sends it to all
+        _cancel(tasks)
+        end = time.perf_counter() + _MOMENT
+        keep([row for future in tasks for row in _finished(future, end)], True)
+        raise
     finally:
-        for future in tasks:
-            with suppress(NotImplementedError):  # Parsl's futures
-                future.cancel()
+        _cancel(tasks)
+
+
+def _cancel(tasks: Iterable[Future[list[Row]]]) -> None:
+    for future in tasks:
+        with suppress(NotImplementedError):  # Parsl's futures
+            future.cancel()
+
+
+def _finished(future: Future[list[Row]], end: float) -> list[Row]:
+    """The rows that a task has by a time, also where an interrupt has ended it."""
+    try:
+        error = future.exception(max(0.0, end - time.perf_counter()))
+    except (CancelledError, TimeoutError):
+        return []
+    return future.result() if error is None else getattr(error, "rows", [])
 
 
 def _follow(runs: Sequence[Run]) -> list[Row]:
     """Follow the first run, and more until the time of a task is over; one BLAS thread: no row depends on the machine, except for its seconds."""
-    rows, end = [], time.perf_counter() + _SECONDS
-    with _libraries().limit(limits=1):
-        for run in runs:
-            rows.append(_row(run))
-            if time.perf_counter() >= end:
-                break
+    rows, end = list[Row](), time.perf_counter() + _SECONDS
+    try:
+        with _libraries().limit(limits=1):
+            for run in runs:
+                rows.append(_row(run))
+                if time.perf_counter() >= end:
+                    break
+    except KeyboardInterrupt as interrupt:
+        interrupt.rows = rows  # type: ignore[attr-defined]  # which come with it from another process
+        raise
     return rows
 
 
@@ -165,133 +171,3 @@ def _input(run: Run) -> Row:
     mean, spread = (f.mean(), f.std()) if np.ptp(f) > 0 else (f[0], 0.0)  # without rounding
     numbers = {"friction": float(mean), "friction_std": float(spread), "load_factor": run.load_factor}
     return {"key": run.key, "start": run.start.name} | numbers
-
-
-class DamagedRows(UserWarning):
-    """Rows of a store are damaged. They are ignored, and a study repeats their runs."""
-
-
-class Store:
-    """An open file of sqlite, which may be made and written, or is only read: one row for each run, whose key is a digest of the run's content.
-
-    Rows that become known together are one transaction. So sqlite protects the file if a writer is killed, or if several write at the same time.
-    """
-
-    def __init__(self, path: str | os.PathLike[str], *, make: bool = True) -> None:
-        with _errors(path):
-            self.path = Path(path).expanduser().absolute()
-            if not self.path.is_file() and (self.path.exists() or not make):
-                raise FileNotFoundError("there is no such file")
-            if make:
-                self.path.parent.mkdir(parents=True, exist_ok=True)
-            place = self.path if make else f"{self.path.as_uri()}?mode=ro"
-            self._connection = sqlite3.connect(place, uri=not make, timeout=_PATIENCE, isolation_level=None)
-            self.close, ask = self._connection.close, self._connection.execute
-            self._connection.text_factory = lambda text: text.decode(errors="replace")  # the checksum tells such a row
-            with ExitStack() as undo:
-                undo.callback(self.close)
-                if make:
-                    ask("BEGIN IMMEDIATE")
-                    if not ask("SELECT * FROM sqlite_master").fetchall():
-                        ask(_SCHEMA)
-                        ask(f"PRAGMA user_version = {_VERSION}")
-                    ask("COMMIT")
-                if ask("SELECT sql FROM sqlite_master").fetchall() != [(_SCHEMA,)] or ask("PRAGMA user_version").fetchone() != (_VERSION,):
-                    raise sqlite3.DatabaseError("it is of another program, or of another version of frictopt, and its columns mean something else")
-                undo.pop_all()
-
-    def read(self) -> pd.DataFrame:
-        """All rows, ordered by key; damaged rows are left out, with a warning."""
-        with _errors(self.path):
-            kept = self._connection.execute("SELECT * FROM runs ORDER BY key").fetchall()
-        sound = [values for *values, checksum in kept if checksum == _checksum(values)]
-        if damaged := len(kept) - len(sound):
-            warnings.warn(f"store: {str(self.path)!r}: {damaged} rows are damaged and do not count", DamagedRows, stacklevel=3)
-        return pd.DataFrame(sound, columns=list(TYPES)).astype(TYPES)
-
-    def write(self, rows: Iterable[Mapping[str, Any]]) -> None:
-        """Write rows, all or none, NULL for what they lack; a row replaces one with the same key, but a run that failed never replaces a result."""
-        marks, changes = ", ".join("?" * (len(TYPES) + 1)), ", ".join(f"{name} = excluded.{name}" for name in (*TYPES, "checksum"))
-        put = f"INSERT INTO runs VALUES ({marks}) ON CONFLICT (key) DO UPDATE SET {changes} WHERE excluded.outcome <> ? OR outcome = ?"
-        with _errors(self.path), self._connection:
-            self._connection.execute("BEGIN IMMEDIATE")
-            self._connection.executemany(put, [(*(values := _values(row)), _checksum(values), FAILED, FAILED) for row in rows])
-
-
-@contextmanager
-def _errors(path: object) -> Iterator[None]:
-    try:
-        yield
-    except (sqlite3.Error, OSError, TypeError, ValueError, RuntimeError) as error:  # RuntimeError: unknown home folder
-        remedy = "give another name, or make room and see that it and its folder stay and can be written"
-        raise StoreError(f"store: {str(path)!r} cannot be used ({error}); {remedy}") from error
-
-
-def _values(row: Mapping[str, Any]) -> list[Any]:
-    """What sqlite keeps of a row: it has neither NaN nor a sign of zero."""
-    given: dict[str, Any] = {name: row.get(name) for name in TYPES}
-    return [None if pd.isna(value) else float(value) + 0.0 if TYPES[name] == "float64" else value for name, value in given.items()]
-
-
-def _checksum(values: list[Any]) -> int:
-    return zlib.crc32(repr(values).encode())
-
-
-def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
-    """All runs of a file that `dissipation_study` was given as `store`, also while a study writes to it.
-
-    Returns
-    -------
-    DataFrame
-        One row for each run, ordered by key. Columns: key, digest of the run's content (contact, cycle, friction, load factor and start); the others
-        as in the table of `dissipation_study`, the start by the name that it had when the run was kept.
-
-    Raises
-    ------
-    StoreError
-        The file does not exist, is not a store, or is damaged.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> import frictopt as fo
-    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     table = fo.dissipation_study(rod, cycle, 0.5, [1.0], store=f"{folder}/runs.sqlite", progress=False)
-    ...     fo.results.read_store(f"{folder}/runs.sqlite")["outcome"].tolist()
-    ['CYCLIC_SLIP']
-    """
-    with closing(Store(path, make=False)) as store:
-        return store.read()
-
-
-def merge_stores(into: str | os.PathLike[str], parts: Iterable[str | os.PathLike[str]]) -> int:
-    """Write all runs of the files of some stores, such as those of shards, into one; return the number of runs that it holds then.
-
-    It may exist, and keeps its own runs. A run that several of them hold counts once, with a result if one has it.
-
-    Raises
-    ------
-    ModelError
-        `parts` is no list.
-    StoreError
-        A file is not a store or is damaged, or the rows cannot be written.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> import frictopt as fo
-    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     parts = [f"{folder}/part{k}.sqlite" for k in (1, 2)]
-    ...     for k, part in enumerate(parts, 1):
-    ...         table = fo.dissipation_study(rod, cycle, 0.5, [0.5, 1.0], store=part, shard=(k, 2), progress=False)
-    ...     fo.results.merge_stores(f"{folder}/runs.sqlite", parts)
-    2
-    """
-    found = [row for part in listed("parts", parts) for row in read_store(part).to_dict("records")]
-    with closing(Store(into)) as store:
-        store.write(found)
-        return len(store.read())

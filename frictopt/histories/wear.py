@@ -150,7 +150,7 @@ def wear(
         bound of the error of the whole history, to which all jumps add: of most it is less than this, of some several times as much. Ask again with a
         quarter of it to see.
     steps, progress
-        Number of increments from corner to corner, see `steady_state`, and whether to show a bar after two seconds.
+        Number of increments from corner to corner, see `steady_state`, and whether to show after two seconds how far it is.
 
     Raises
     ------
@@ -178,7 +178,6 @@ def wear(
     per_work = _per_work(checked_system(system), friction, coefficient)
     most = np.inf if cycles is None else finite_number("cycles", cycles, least=1.0)
     tolerance = finite_number("tolerance", tolerance, above=0.0)
-
     begun = initial_state
 
     def settle(worn: ContactSystem, state: ContactState | None) -> SteadyState:
@@ -187,18 +186,21 @@ def wear(
         run = Run(path_of(worn, cycle, friction, load_factor, None, state, steps=steps).start(), MOST_CYCLES)
         return reported(run, run.settled(), np.inf if run.path.steps else 0.0)
 
-    with bar_of(flag("progress", progress), "wear", "jump", delay=2) as bar:
+    def told() -> str:
+        return f"{course.cycles:.4g} cycles, {course.rows[-1]['largest_depth']:.3g} deep so far" if course else ""
+
+    def kept(error: BaseException) -> tuple[str, object, str] | None:
+        where = "cycles are in the attribute `history`; from its `system` and `state` wear goes on"
+        return ("history", course.history(f"{type(error).__name__}: {error}"), f"{course.cycles:.6g} {where}") if course else None
+
+    course: Course | None = None
+    with bar_of(flag("progress", progress), "wear", "jump", best=told, keeps=kept, on=(KeyboardInterrupt, NoContinuation, SolverError)) as bar:
         course = Course(per_work, tolerance, settle, settle(system, initial_state))
-        try:
-            while not (reason := course.ended(most)):
-                course.jump(most)
-                bar.update()
-            if course.steady.steps:  # the error of its increments, which takes two more transients, is asked of the last state alone
-                course.steady = steady_state(course.steady.system, cycle, friction, load_factor, initial_state=begun, steps=steps, progress=False)
-        except (KeyboardInterrupt, NoContinuation, SolverError) as error:
-            error.history = course.history(f"{type(error).__name__}: {error}")  # type: ignore[union-attr]  # each keeps its class
-            error.add_note(f"wear: {course.cycles:.6g} cycles are in the attribute `history`; from its `system` and `state` wear goes on")
-            raise
+        while not (reason := course.ended(most)):
+            course.jump(most)
+            bar.update()
+        if course.steady.steps:  # the error of its increments, which takes two more transients, is asked of the last state alone
+            course.steady = steady_state(course.steady.system, cycle, friction, load_factor, initial_state=begun, steps=steps)
         return course.history(reason)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import CONDENSATION, RESIDUAL, ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, reactions
+from ..contact import CONDENSATION, RESIDUAL, ContactSystem, LoadCycle, bar_of, checked_cycle, checked_system, flag, friction_coefficients, reactions
 from ..contact.checks import Array, Booleans, finite_number, frozen, warns_of_odd_values
 from ..contact.diagnosis import open_nodes
 from ..contact.result import Outcome, SolveRecord, Table, frame, places
@@ -62,7 +62,7 @@ class WornIn(Worn):
 
 
 @warns_of_odd_values
-def worn_in(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, load_factor: float) -> WornIn:
+def worn_in(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, load_factor: float, *, progress: bool = True) -> WornIn:
     """What a contact of similar bodies wears into under an alternating load, by linear solves instead of a simulation.
 
     In an uncoupled contact whose tangential stiffness is its normal one times a number, under loads that stay on one line and whose shear, with no
@@ -76,6 +76,9 @@ def worn_in(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, load_f
     ----------
     system, cycle, friction, load_factor
         The contact, its load cycle, its coefficient of friction, the same at all nodes, and the load factor, >= 0.
+    progress
+        Whether to show after two seconds how far it is. Ctrl-C stays a KeyboardInterrupt; once the theorem is applied, its attribute `depth` has the
+        depths, (N,), in which nothing has come to rest yet.
 
     Raises
     ------
@@ -103,7 +106,9 @@ def worn_in(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, load_f
     first, last = _ends(system, checked_cycle(cycle), finite_number("load_factor", load_factor, least=0.0))
     depth, stick = _profile(system, f, first, last)
     depth[~stick & (depth > 0)] += RESIDUAL * depth.max()
-    steady = steady_state(system.with_gap(system.gap + depth), cycle, friction, load_factor)
+    kept = "depth", frozen(depth), "the depths by the theorem are in the attribute `depth`; it is not checked that the worn contact rests"
+    with bar_of(flag("progress", progress), "worn in", keeps=lambda _: kept):
+        steady = steady_state(system.with_gap(system.gap + depth), cycle, friction, load_factor)
     if steady.outcome is not Outcome.SHAKEDOWN:
         raise SolverError(f"worn_in: the worn contact does not rest, it dissipates {steady.dissipation:.1e} per cycle; use wear")
     return WornIn(steady, frozen(depth), stick, steady.record)

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import Array, Booleans, ContactSystem, LoadCycle, SolveRecord, checked_loads, flag, frozen, listed, shown, warns_of_odd_values
+from ..contact import Array, Booleans, ContactSystem, LoadCycle, SolveRecord, bar_of, checked_loads, flag, frozen, listed, shown, warns_of_odd_values
 from ..errors import ModelError, SolverError
 from . import models
 from .answered import answered
@@ -139,7 +139,9 @@ class DesignModel(SafeModel):
 
     @warns_of_odd_values
     @in_turn
-    def solve(self, friction: ArrayLike, constraints: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None) -> Design:
+    def solve(
+        self, friction: ArrayLike, constraints: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None, *, progress: bool = True
+    ) -> Design:
         """The design with the largest load factor, or the largest objective, under constraints of your own.
 
         Parameters
@@ -149,6 +151,9 @@ class DesignModel(SafeModel):
             factor.
         objective
             What shall be largest, instead of the load factor: a concave cvxpy expression on the same.
+        progress
+            Whether to show after two seconds how far it is, see `shakedown_limit`. Ctrl-C stays a KeyboardInterrupt; once there is a design, its
+            attribute `design` is the best one by then.
 
         Raises
         ------
@@ -170,10 +175,18 @@ class DesignModel(SafeModel):
         task, own = self._posed(friction), listed("constraints", constraints)
         found, none, tried = list[tuple[Design, Sets]](), list[Exception](), list[bytes]()
 
+        def told() -> str:
+            return f"{'load factor' if objective is None else 'objective'} {max(design.value for design, _ in found):.4g} so far" if found else ""
+
+        def kept(_: object) -> tuple[str, object, str] | None:
+            best = max((design for design, _ in found), key=lambda design: design.value, default=None)
+            return ("design", best, "the best by then is in the attribute `design`") if best else None
+
         def alternate(opened: Sets | None) -> None:
             """Design and pattern in turn, until the pattern stays."""
             while opened and len(tried) < _MOST and (key := np.array(opened).tobytes()) not in tried:
                 tried.append(key)
+                bar.update()
                 try:
                     design = self._of_sets(task, own, objective, opened)
                 except (NoneSafeError, SolverError) as why:
@@ -182,14 +195,15 @@ class DesignModel(SafeModel):
                 found.append((design, opened))
                 opened = self._patterns(design._tasks) if np.any(opened) or design.touches else None
 
-        alternate([each.open for each in (task, *(posed for posed, _ in self._others))])
-        if not found or found[0][0].touches:
-            alternate(self._where_pressed(task, own))
-        if not found:
-            raise ModelError(*none[0].args) if isinstance(none[0], NoneSafeError) else none[0]
-        design, opened = max(found, key=lambda pair: pair[0].value)
-        if tried[-1] != np.array(opened).tobytes():  # whose answer then stands in its problem, and in unknowns of the user's own
-            design = self._of_sets(task, own, objective, opened)
+        with bar_of(flag("progress", progress), "design", "program", best=told, keeps=kept) as bar:
+            alternate([each.open for each in (task, *(posed for posed, _ in self._others))])
+            if not found or found[0][0].touches:
+                alternate(self._where_pressed(task, own))
+            if not found:
+                raise ModelError(*none[0].args) if isinstance(none[0], NoneSafeError) else none[0]
+            design, opened = max(found, key=lambda pair: pair[0].value)
+            if tried[-1] != np.array(opened).tobytes():  # whose answer then stands in its problem, and in unknowns of the user's own
+                design = self._of_sets(task, own, objective, opened)
         for part, value in ((self.preload, design.preload), (self.profile, design.profile)):
             if part is not None:
                 part.save_value(np.asarray(value))

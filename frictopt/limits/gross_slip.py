@@ -16,6 +16,8 @@ from ..contact import (
     ContactSystem,
     LoadCycle,
     SolveRecord,
+    bar_of,
+    flag,
     frozen,
     listed,
     reactions,
@@ -33,7 +35,7 @@ from .question import Question, pose
 
 
 @warns_of_odd_values
-def gross_slip(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts: Iterable[str] | None = None) -> GrossSlip:
+def gross_slip(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts: Iterable[str] | None = None, *, progress: bool = True) -> GrossSlip:
     """The load factor above which no state of rest exists, from no start, whatever slips and opens: bodies slide off, turn over or lift off.
 
     By statics: on all that the contact alone holds, forces within friction, `|q| <= f p`, have to balance the loads at each corner. Stiffness, gaps
@@ -48,6 +50,8 @@ def gross_slip(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts:
     contacts
         Names of the contacts, of `system.contact`, in which friction counts; pressure counts in all. `["flange"]` gives the slip load of this joint,
         friction times the clamping force, without the heads of its bolts. None: all.
+    progress
+        Whether to show after two seconds that it is still at work.
 
     Raises
     ------
@@ -70,6 +74,12 @@ def gross_slip(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts:
                pressed: 0.0 <= p
                load_factor: 0.0 <= load_factor
     """
+    with bar_of(flag("progress", progress), "gross slip"):
+        return _of_corners(system, cycle, friction, contacts)
+
+
+def _of_corners(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts: Iterable[str] | None) -> GrossSlip:
+    """The answer, of what each corner allows."""
     task, only = pose(system, cycle, friction), ""
     if contacts is not None:
         names, among = _checked(system, contacts)

@@ -9,9 +9,10 @@ from typing import Any
 
 import cvxpy as cp
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import NO_COUPLING, Array, ContactSystem, LimitKind, LoadCycle, SolveRecord, frozen, listed, warns_of_odd_values
+from ..contact import NO_COUPLING, Array, ContactSystem, LimitKind, LoadCycle, SolveRecord, bar_of, flag, frozen, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
 from ..solve.problem import duals
 from .critical_search import COINCIDE_ALONE, LEFT_OUT, CriticalSearch, NodeClaim
@@ -67,7 +68,7 @@ class GuaranteedModel(SafeModel):
 
     @warns_of_odd_values
     @in_turn
-    def solve(self, friction: Any, constraints: Sequence[cp.Constraint] = ()) -> GuaranteedLimit:
+    def solve(self, friction: Any, constraints: Sequence[cp.Constraint] = (), *, progress: bool = True) -> GuaranteedLimit:
         """The limit for a coefficient of friction, one or one per node, under constraints of your own.
 
         Parameters
@@ -75,13 +76,16 @@ class GuaranteedModel(SafeModel):
         friction, constraints
             As in `ShakedownModel.solve`. Constraints hold for the witness and for the safe slips of lambda_2, as a slip bound does: the limit is the
             least load factor at which a slip that obeys them makes a node critical. `residual` covers them.
+        progress
+            See `guaranteed_limit`.
 
         Raises
         ------
         ModelError, SolverError
             Bad friction or constraints; no solver gave an answer that passes the checks.
         """
-        return self._shown(self.of_any_set(self._posed(friction), listed("constraints", constraints)))
+        with bar_of(flag("progress", progress), "guaranteed limit"):
+            return self._shown(self.of_any_set(self._posed(friction), listed("constraints", constraints)))
 
     def of_any_set(self, task: Question, own: Sequence[cp.Constraint] = ()) -> GuaranteedLimit:
         """The limit with all nodes closed, if that is safe from the mean load on; else with those open that the best pattern leaves open."""
@@ -102,17 +106,26 @@ class GuaranteedModel(SafeModel):
         best: NodeClaim | None = None
         # where the pressure is little, nodes are nearly critical
         pressure = task.r0[:, -1].min(axis=0) + task.change(np.nan_to_num(shakedown.slip))[1]
-        for node in sorted(np.flatnonzero(both).tolist(), key=lambda i: (float(bounds[i]), float(pressure[i]))):
-            if self._asked.simplify and bounds[node] >= least_found:
-                least[node] = bounds[node]
-                continue
-            for state in states[node]:
-                ends, below = (shakedown.least, shakedown.load_factor), least_found if self._asked.simplify else np.inf
-                claim = search.solve(state, ends, below)
-                if claim.load_factor < least[node] or state is states[node][0]:
-                    least[node], how[node] = claim.load_factor, claim.how
-                if claim.load_factor < least_found:
-                    best, least_found = claim, claim.load_factor
+        order = sorted(np.flatnonzero(both).tolist(), key=lambda i: (float(bounds[i]), float(pressure[i])))
+
+        def kept(_: object) -> tuple[str, object, str]:
+            table = pd.DataFrame({"node": order, "load_factor": least[order], "how": how[order]})[: bar.count]
+            return "table", table, f"it is at most {least_found:.6g}; what is known of {len(table)} nodes is in the attribute `table`"
+
+        with bar_of(True, "critical nodes", "node", total=len(order), best=lambda: f"at most {least_found:.4g} so far", keeps=kept) as bar:
+            for node in order:
+                if self._asked.simplify and bounds[node] >= least_found:
+                    least[node] = bounds[node]
+                    bar.update()
+                    continue
+                for state in states[node]:
+                    ends, below = (shakedown.least, shakedown.load_factor), least_found if self._asked.simplify else np.inf
+                    claim = search.solve(state, ends, below)
+                    if claim.load_factor < least[node] or state is states[node][0]:
+                        least[node], how[node] = claim.load_factor, claim.how
+                    if claim.load_factor < least_found:
+                        best, least_found = claim, claim.load_factor
+                bar.update()
         if best is not None:
             search.restore(best)
         return self._result(task, shakedown, best, least, how, search)
@@ -167,7 +180,14 @@ def uncoupled(task: Question) -> bool:
 
 @warns_of_odd_values
 def guaranteed_limit(
-    system: ContactSystem, cycle: LoadCycle, friction: Any, *, slip_bound: Any = None, simplify: bool = True, solver: str | None = None
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: Any,
+    *,
+    slip_bound: Any = None,
+    simplify: bool = True,
+    solver: str | None = None,
+    progress: bool = True,
 ) -> GuaranteedLimit:
     """Load factor below which the contact stops slipping from every start (the guaranteed limit lambda_1).
 
@@ -194,6 +214,9 @@ def guaranteed_limit(
         may then keep slipping at lower load factors, down to the limit without the bound.
     simplify, solver
         As in `GuaranteedModel`.
+    progress
+        Whether to show after two seconds how far it is, see `shakedown_limit`. Ctrl-C stays a KeyboardInterrupt; once the shakedown limit is known,
+        its attribute `table` has the load factors of the nodes by then, of which the least is an upper bound of the limit.
 
     Raises
     ------
@@ -209,5 +232,6 @@ def guaranteed_limit(
     >>> round(limit.load_factor, 6), limit.reason
     (0.45, 'node 0 is on its bound of forward slip at the corner (Q = -1) and of backward slip at (Q = +1)')
     """
-    model = GuaranteedModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
-    return model.of_any_set(model._posed(friction))
+    with bar_of(flag("progress", progress), "guaranteed limit"):
+        model = GuaranteedModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
+        return model.of_any_set(model._posed(friction))

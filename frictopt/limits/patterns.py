@@ -6,13 +6,13 @@ factors in between are safe too. The answer is judged as every other state of re
 """
 
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import AbstractContextManager, suppress
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
-from ..contact import Booleans, bar_of
+from ..contact import Bar, Booleans, bar_of
 from ..contact.checks import flag
 from ..errors import FrictoptError, ModelError, SolverError
 from .lift_off import LiftOff, Nodes, Order, among, with_order
@@ -45,7 +45,7 @@ def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLi
         if opened.tobytes() in tried or len(tried) > _MOST:
             return False
         tried.add(opened.tobytes())
-        count()
+        bar.update()
         with suppress(FrictoptError):  # one without an answer that passes the checks is none of those known to rest
             reached = best.load_factor if counts(best) else -np.inf
             rest = None if opened.all() else with_open(task, opened)  # a contact that is open for ever is none
@@ -61,7 +61,7 @@ def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLi
         while turns and counts(best) and np.isfinite(best.load_factor) and any(gains(opened) for opened in _next_to(best)):
             pass
 
-    with _search("open nodes", lambda: best) as count:
+    with _search("open nodes", lambda: best) as bar:
         climb()
         wants = len(tried) > 1
         if wants or not closed.least <= 0:
@@ -71,17 +71,14 @@ def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLi
     return best
 
 
-@contextmanager
-def _search(what: str, best: Callable[[], ShakedownLimit]) -> Iterator[Callable[[], object]]:
-    """What counts a program, on a bar that the first one begins; an interrupt keeps what is best then."""
-    with ExitStack() as stack:
-        bar = cache(lambda: stack.enter_context(bar_of(True, what, "program", delay=2)))
-        try:
-            yield lambda: bar().update()
-        except KeyboardInterrupt as interrupt:
-            interrupt.limit = best()  # type: ignore[attr-defined]  # no class of its own: the exit status stays Python's
-            interrupt.add_note("the best limit by then is in the attribute `limit`")
-            raise
+def _search(what: str, best: Callable[[], ShakedownLimit]) -> AbstractContextManager[Bar]:
+    """The bar of a search, which counts its programs; an interrupt keeps what is best then."""
+
+    def told() -> str:
+        reached = best().load_factor
+        return "none safe so far" if np.isnan(reached) else f"at least {reached:.4g} so far"
+
+    return bar_of(True, what, "program", best=told, keeps=lambda _: ("limit", best(), "the best limit by then is in the attribute `limit`"))
 
 
 def _settled(task: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
@@ -139,7 +136,7 @@ def best_order(best: ShakedownLimit, of_order: Callable[[LiftOff, float], Shaked
         if pivot in tried or len(tried) >= most:
             return False
         tried.add(pivot)
-        count()
+        bar.update()
         with suppress(FrictoptError):  # one without an answer that passes the checks is none of those known to rest
             asked = with_order(task, pivot, of_set)
             limit = None if asked is None else of_order(asked, best.load_factor * (1 + _GAINS))
@@ -148,7 +145,7 @@ def best_order(best: ShakedownLimit, of_order: Callable[[LiftOff, float], Shaked
                 return True
         return False
 
-    with _search("events", lambda: best) as count:
+    with _search("events", lambda: best) as bar:
         while best.load_factor < at and any(gains(pivot) for pivot in _pivots(best, order)):
             pass
     return best

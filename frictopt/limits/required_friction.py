@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
@@ -11,7 +11,7 @@ import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact import RESIDUAL, ContactSystem, LoadCycle, SolveRecord, finite_number, frozen, place
+from ..contact import RESIDUAL, Bar, ContactSystem, LoadCycle, SolveRecord, bar_of, finite_number, flag, frozen, place
 from ..errors import SolverError
 from .answered import Answered, Mechanism
 from .models import most_pressed, unknowns
@@ -64,7 +64,7 @@ class RequiredFriction(Answered):
 
 
 def required_friction(
-    system: ContactSystem, cycle: LoadCycle, load_factor: float, *, events: bool = False, slip_bound: Any = None
+    system: ContactSystem, cycle: LoadCycle, load_factor: float, *, events: bool = False, slip_bound: Any = None, progress: bool = True
 ) -> RequiredFriction:
     """Least coefficient of friction, the same at all nodes, with which some residual slip is safe at a load factor.
 
@@ -75,6 +75,8 @@ def required_friction(
     best pattern counts that the search of `shakedown_limit` finds: a slip is proven safe with its nodes open at the answer, and none with those of
     the pattern just below it. Theory, eq. (16).
 
+    Ctrl-C stays a KeyboardInterrupt with an attribute `table`, the frictions tried by then.
+
     Parameters
     ----------
     system, cycle, slip_bound
@@ -83,6 +85,8 @@ def required_friction(
         Load factor, >= 0.
     events
         See `shakedown_limit`; each friction that is tried then has a search of its own.
+    progress
+        Whether to show after two seconds how far it is, see `shakedown_limit`.
 
     Raises
     ------
@@ -98,9 +102,16 @@ def required_friction(
     >>> round(required.required, 5), required.bound < required.required
     (1.0, True)
     """
-    started, load_factor = perf_counter(), finite_number("load_factor", load_factor, least=0.0)
-    model = SafeSlipModel(system, cycle, slip_bound=slip_bound)
-    asked, most, task = _Asked(model, load_factor, events), 1.0, model._asked
+    load_factor = finite_number("load_factor", load_factor, least=0.0)
+    asked = _Asked(SafeSlipModel(system, cycle, slip_bound=slip_bound), load_factor, events)
+    with bar_of(flag("progress", progress), "required friction", "program", best=asked.told, keeps=asked.kept) as bar:
+        return _required(asked, slip_bound, bar)
+
+
+def _required(asked: _Asked, slip_bound: Any, bar: Bar) -> RequiredFriction:
+    """The answer, with each friction asked for once; `bar` tells of them."""
+    started, most, task, load_factor = perf_counter(), 1.0, asked.model._asked, asked.load_factor
+    system, cycle, asked.tell = task.system, task.cycle, bar.update
     within, smaller = ("", "") if slip_bound is None else (" within the slip bound", "smaller ")
     held, sheared = task.r0[:, :-1], load_factor * task.r1[:, :-1]
     alike = np.ptp(held + sheared, axis=0).max() <= RESIDUAL * max(np.abs(held).max(), np.abs(sheared).max())
@@ -157,14 +168,27 @@ class _Asked:
     """Safe slips of one load factor, by friction; each is solved for once."""
 
     def __init__(self, model: SafeSlipModel, load_factor: float, events: bool) -> None:
-        self._model, self._load_factor, self._events = model, load_factor, events
+        self.model, self.load_factor, self._events = model, load_factor, events
         self.found: dict[float, SafeSlip] = {}
+        self.tell: Callable[[], object] = lambda: None
 
     def safe(self, friction: float) -> SafeSlip:
         """The slip that stays furthest inside the friction bounds."""
         if friction not in self.found:
-            self.found[friction] = self._model.solve(friction, self._load_factor, events=self._events)
+            self.tell()
+            self.found[friction] = self.model.solve(friction, self.load_factor, events=self._events)
         return self.found[friction]
+
+    def told(self) -> str:
+        """Between which frictions it is."""
+        found = list(self.found.items())
+        less, more = max((f for f, safe in found if not safe.exists), default=0.0), min((f for f, safe in found if safe.exists), default=np.inf)
+        return f"between {less:.4g} and {more:.4g} so far" if found else ""
+
+    def kept(self, _: object) -> tuple[str, object, str] | None:
+        """What an interrupt keeps."""
+        table = pd.DataFrame([(f, safe.exists, safe.margin) for f, safe in sorted(self.found.items())], columns=["friction", "safe", "margin"])
+        return ("table", table, f"{self.told()}; the frictions tried are in the attribute `table`") if len(table) else None
 
     def root(self, most: float) -> float:
         """The friction at which the margin vanishes, below one that is enough; less than the least friction where it does not.

@@ -1,6 +1,6 @@
 """The amplitudes of two loads that vary independently at which some residual slip is safe, between two polygons: points reached, and mechanisms."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from time import perf_counter
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ..contact import RESIDUAL, ZERO_LOAD_FACTOR, ContactSystem, checked_system, friction_coefficients
+from ..contact import RESIDUAL, ZERO_LOAD_FACTOR, ContactSystem, bar_of, checked_system, flag, friction_coefficients
 from ..contact.checks import Array, Booleans, check_name, checked_loads, finite_number, frozen, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
 from .answered import Mechanism
@@ -23,7 +23,9 @@ _MOST_SIDES = 1000
 
 
 @warns_of_odd_values
-def safe_region(system: ContactSystem, mean: Mapping[str, float], loads: Sequence[Any], friction: Any, *, tolerance: float = 1e-3) -> SafeRegion:
+def safe_region(
+    system: ContactSystem, mean: Mapping[str, float], loads: Sequence[Any], friction: Any, *, tolerance: float = 1e-3, progress: bool = True
+) -> SafeRegion:
     """Which amplitudes of two loads that vary independently around a mean load leave a safe residual slip.
 
     The amplitudes and slips that are safe for all loads of the domain are a convex set, and so is its shadow on the plane of the two amplitudes. Each
@@ -31,7 +33,7 @@ def safe_region(system: ContactSystem, mean: Mapping[str, float], loads: Sequenc
     goes to the point where two neighbouring lines meet: if it is safe, it is a vertex, else its limit gives a line between them. In the plane all
     vertices and sides of a polygon are found, by one linear program each. In space the border is curved, and rays by cone programs go on until points
     and lines are two polygons within the tolerance. Theory, eq. (17). Where nodes stay open, the region is that of the open nodes of the limit under
-    both loads: with others open, more may be safe.
+    both loads: with others open, more may be safe. Ctrl-C stays a KeyboardInterrupt with an attribute `table`, safe amplitudes of both loads.
 
     Parameters
     ----------
@@ -44,6 +46,8 @@ def safe_region(system: ContactSystem, mean: Mapping[str, float], loads: Sequenc
         case name -> amplitude, for a load that varies within their hull and comes back to zero. The two share no load case.
     tolerance
         In space the largest `SafeRegion.gap`; in the plane there is none.
+    progress
+        Whether to show after two seconds how far it is, see `shakedown_limit`.
 
     Raises
     ------
@@ -60,6 +64,13 @@ def safe_region(system: ContactSystem, mean: Mapping[str, float], loads: Sequenc
     ([[1.0, 0.0], [0.0, 2.0]], [[1.0, 0.5, 1.0]])
     """
     search = _Search(system, mean, loads, friction, finite_number("tolerance", tolerance, above=0.0))
+    with bar_of(flag("progress", progress), "safe region", "ray", keeps=search.kept) as bar:
+        search.tell = bar.update
+        return _region(search)
+
+
+def _region(search: "_Search") -> SafeRegion:
+    """The region that a search finds."""
     first, second = search.ray(1.0, 0.0), search.ray(0.0, 1.0)
     if first.limit.open.any() or second.limit.open.any():
         first, second = search.with_one_set(first, second)
@@ -111,6 +122,8 @@ class _Search:
         names = [load if isinstance(load, str) else " ".join(sorted(set[str]().union(*part))) for load, part in zip(pair, parts, strict=True)]
         self.names, self.unit, self._started = (names[0], names[1]), np.ones(2), perf_counter()
         self._limits: list[ShakedownLimit] = []
+        self._reached: list[tuple[float, float]] = []
+        self.tell: Callable[[], object] = lambda: None
         self._open: Booleans | None = None
         cycles = (domain(self._mean, self._parts, amplitudes) for amplitudes in ((1.0, 0.0), (0.0, 1.0)))
         self._corners = domain(self._mean, self._parts, (1.0, 1.0)).corner_names
@@ -127,10 +140,17 @@ class _Search:
         reach, bound = limit.load_factor if np.isfinite(limit.load_factor) else 0.0, limit.bound
         if reach <= ZERO_LOAD_FACTOR * limit._task.load_unit:
             reach = bound = 0.0
+        self.tell()
+        self._reached += [(reach * first, reach * second)] * bool(np.isfinite(limit.load_factor))
         units = [replace(unit, open=limit.open) for unit in self._unit]
         motion = self._ruled(limit._motion, units)
         drives = [motion.work(unit)[1] for unit in units]
         return _Point(reach * np.array([first, second]), limit, np.array(drives), float(bound), motion)
+
+    def kept(self, _: object) -> tuple[str, object, str]:
+        """What an interrupt keeps."""
+        found = pd.DataFrame(sorted(self._reached), columns=self.names)
+        return "table", found, f"{len(found)} pairs of safe amplitudes, the ends of rays, are in the attribute `table`"
 
     def with_one_set(self, first: _Point, second: _Point) -> tuple[_Point, _Point]:
         """The two ends of the region of one set of open nodes, for which alone it is convex: that of the limit under both loads."""

@@ -8,7 +8,7 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, SolveRecord, finite_number, listed, warns_of_odd_values
+from ..contact import ContactSystem, LoadCycle, SolveRecord, bar_of, finite_number, flag, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
 from ..solve.solvers import NoOptimum
 from . import models
@@ -82,12 +82,14 @@ class SafeSlipModel(SafeModel):
 
     @warns_of_odd_values
     @in_turn
-    def solve(self, friction: ArrayLike, load_factor: float, constraints: Sequence[cp.Constraint] = (), *, events: bool = False) -> SafeSlip:
+    def solve(
+        self, friction: ArrayLike, load_factor: float, constraints: Sequence[cp.Constraint] = (), *, events: bool = False, progress: bool = True
+    ) -> SafeSlip:
         """The residual slip with the largest reserve at every node and corner of the cycle, under constraints of your own.
 
         Parameters
         ----------
-        friction, load_factor, events
+        friction, load_factor, events, progress
             See `safe_slip`.
         constraints
             cvxpy constraints on `slip`, `q`, `p` and `margin` of this model, see `ShakedownModel.solve`; `bound` and `residual` cover them.
@@ -97,7 +99,8 @@ class SafeSlipModel(SafeModel):
         ModelError, SolverError
             As `ShakedownModel.solve`; a load factor so large that rounding loses the mean load; constraints that no slip obeys, safe or not.
         """
-        safe = self.of_pattern(self._posed(friction), load_factor, listed("constraints", constraints), events)
+        with bar_of(flag("progress", progress), "safe slip"):
+            safe = self.of_pattern(self._posed(friction), load_factor, listed("constraints", constraints), events)
         self.margin.save_value(np.array(safe.margin))
         return self._shown(safe)
 
@@ -160,12 +163,13 @@ def safe_slip(
     slip_bound: ArrayLike | None = None,
     simplify: bool = True,
     solver: str | None = None,
+    progress: bool = True,
 ) -> SafeSlip:
     """Find the residual slip with the largest reserve at every node and corner of the cycle. Theory, eq. (9).
 
     Parameters
     ----------
-    system, cycle, friction, slip_bound, simplify, solver
+    system, cycle, friction, slip_bound, simplify, solver, progress
         See `shakedown_limit`; for constraints of your own see `SafeSlipModel`.
     load_factor
         Load factor, >= 0.
@@ -184,8 +188,9 @@ def safe_slip(
     >>> fo.safe_slip(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), friction=0.5, load_factor=0.6).exists
     False
     """
-    model = SafeSlipModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
-    return model.of_pattern(model._posed(friction), load_factor, events=events)
+    with bar_of(flag("progress", progress), "safe slip"):
+        model = SafeSlipModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
+        return model.of_pattern(model._posed(friction), load_factor, events=events)
 
 
 def judged(program: Program, margin: cp.Variable, load_factor: float) -> SafeSlip:

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import GROWN, RESIDUAL, ContactSystem, LimitKind, LoadCycle, SolveRecord, listed, warns_of_odd_values
+from ..contact import GROWN, RESIDUAL, ContactSystem, LimitKind, LoadCycle, SolveRecord, bar_of, flag, listed, warns_of_odd_values
 from ..contact.checks import flags
 from ..contact.diagnosis import growth_diagnosis
 from ..errors import ModelError, SolverError
@@ -70,12 +70,13 @@ class ShakedownModel(SafeModel):
         *,
         open: ArrayLike | None = None,
         events: bool = False,
+        progress: bool = True,
     ) -> ShakedownLimit:
         """The limit for a coefficient of friction, one or one per node, under constraints of your own, or the slip that your objective chooses.
 
         Parameters
         ----------
-        friction, open, events
+        friction, open, events, progress
             See `shakedown_limit`.
         constraints
             cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units, and on variables of your own. They are linear, or
@@ -92,7 +93,8 @@ class ShakedownModel(SafeModel):
             objective, or one without a largest value; no solver gave an answer that passes the checks.
         """
         own = listed("constraints", constraints)
-        return self._shown(self.of_pattern(self._posed(friction), open, events, own, objective))
+        with bar_of(flag("progress", progress), "shakedown limit"):
+            return self._shown(self.of_pattern(self._posed(friction), open, events, own, objective))
 
     def of_pattern(
         self, task: Question, open: Any, events: bool, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None
@@ -162,14 +164,22 @@ class ShakedownModel(SafeModel):
         return replace(limit, least=lower.load_factor, record=record)
 
     @warns_of_odd_values
-    def sweep(self, frictions: Any, constraints: Sequence[cp.Constraint] = ()) -> pd.DataFrame:
+    def sweep(self, frictions: Any, constraints: Sequence[cp.Constraint] = (), *, progress: bool = True) -> pd.DataFrame:
         """The limit for many coefficients of friction (each one number or (N,)), one row each, under constraints of your own as in `solve`.
 
         Columns: friction (mean), load_factor, least, bound, residual, friction_rate, node and sense of the mechanism's largest share, solver. Raises
-        what `solve` does; ModelError if not a sequence.
+        what `solve` does; ModelError if not a sequence. Ctrl-C stays a KeyboardInterrupt with an attribute `table`, that of the limits by then.
         """
-        own = listed("constraints", constraints)
-        return pd.DataFrame([_row(friction, self.solve(friction, own)) for friction in listed("frictions", frictions)])
+        own, wanted, rows = listed("constraints", constraints), listed("frictions", frictions), list[dict[str, Any]]()
+
+        def kept(_: object) -> tuple[str, object, str]:
+            return "table", pd.DataFrame(rows), f"the limits of {len(rows)} of {len(wanted)} frictions are in the attribute `table`"
+
+        with bar_of(flag("progress", progress), "sweep", "friction", total=len(wanted), keeps=kept) as bar:
+            for friction in wanted:
+                rows.append(_row(friction, self.solve(friction, own)))
+                bar.update()
+        return pd.DataFrame(rows)
 
 
 @warns_of_odd_values
@@ -183,12 +193,13 @@ def shakedown_limit(
     slip_bound: Any = None,
     simplify: bool = True,
     solver: str | None = None,
+    progress: bool = True,
 ) -> ShakedownLimit:
     """Largest load factor at which some residual slip is safe (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987).
 
     Safe means: every node closed and stuck at every corner of the cycle, or open all through it (`ShakedownLimit.open`), with `events` also open in a
-    part of it. Which ones is searched near the settled mean load. With others, a contact may rest above it. Theory, eq. (7). A long search has a
-    progress bar; Ctrl-C stays a KeyboardInterrupt with an attribute `limit`, the best limit by then.
+    part of it. Which ones is searched near the settled mean load. With others, a contact may rest above it. Theory, eq. (7). Ctrl-C in a search stays
+    a KeyboardInterrupt with an attribute `limit`, the best limit by then.
 
     Parameters
     ----------
@@ -203,6 +214,8 @@ def shakedown_limit(
         is searched too, which takes some seconds. Not with fixed parts that differ, a slip bound, or constraints.
     slip_bound, simplify, solver
         See `ShakedownModel`.
+    progress
+        Whether to show after two seconds how far it is, and the best so far: a bar, or a line every five seconds where there is no terminal.
 
     Raises
     ------
@@ -216,8 +229,9 @@ def shakedown_limit(
     >>> fo.shakedown_limit(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), friction=0.5).reason
     'no residual slip is safe above it with all nodes closed'
     """
-    model = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
-    return model.of_pattern(model._posed(friction), open, events)
+    with bar_of(flag("progress", progress), "shakedown limit"):
+        model = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
+        return model.of_pattern(model._posed(friction), open, events)
 
 
 def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:

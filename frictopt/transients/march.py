@@ -60,7 +60,7 @@ def march(
         Number of increments from corner to corner; None: 20. The transient is followed with a half and a quarter of them, too, which tells
         `step_error`. The exact path has none.
     progress
-        Show a bar where increments take more than two seconds.
+        Whether to show after two seconds how far the increments are.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def march(
         time, u, r, status, work = path.states()
         bonded = np.array([np.interp(time, begun + np.arange(len(loads)), values) for values in loads.T]).T
     else:
-        with bar_of(progress, "march", "cycle", total=(1 + len(path.coarser)) * cycles, delay=2) as bar:
+        with bar_of(progress, "march", "cycle", total=(1 + len(path.coarser)) * cycles) as bar:
             coarse = [SteppedPath("newton", count, *asked) for count in path.coarser]  # the quickest way
             (bonded, u, r, status, work), error = _in_increments(path, coarse, cycles, bar.update)
         time, work = begun + np.arange(len(u)) / path.steps, np.cumsum(work, axis=0)

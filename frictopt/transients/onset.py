@@ -9,8 +9,8 @@ from html import escape
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactState, ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, lengths, reactions
-from ..contact.checks import Array, warns_of_odd_values
+from ..contact import ContactState, ContactSystem, LoadCycle, bar_of, checked_cycle, checked_system, friction_coefficients, lengths, reactions
+from ..contact.checks import Array, flag, warns_of_odd_values
 from ..contact.coulomb import reach
 from ..contact.parts import joined, parted
 from ..contact.result import Kept, Plotted, Table, frame
@@ -236,7 +236,7 @@ def _earliest(events: tuple[OnsetEvent, ...]) -> OnsetEvent:
 
 
 @warns_of_odd_values
-def onset(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> Onset:
+def onset(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, progress: bool = True) -> Onset:
     """Find the first slip and the first separation of the bonded contact as the load grows towards each corner, `lam >= 0`.
 
     Where the mean load would pull at nodes of the bonded contact, it is that of the contact once the mean load has settled, from no slip: closed
@@ -249,6 +249,8 @@ def onset(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> Onset
         The contact and its load cycle.
     friction
         Coefficient of friction, one or one per node.
+    progress
+        Whether to show after two seconds that the mean load is still settling.
 
     Raises
     ------
@@ -270,13 +272,14 @@ def onset(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> Onset
     2       1  Q = -1        slip          0.5     0      1
     3       1  Q = -1  separation          inf  <NA>      0
     """
-    f = np.array(friction_coefficients(friction, checked_system(system).nodes))
+    f, shown = np.array(friction_coefficients(friction, checked_system(system).nodes)), flag("progress", progress)
     first = onset_from(system, checked_cycle(cycle), f)
     if not first.mean_opens:
         return first
     from .march import mean_state  # here, because a closed contact needs none
 
     try:
-        return onset_from(system, cycle, f, mean_state(system, cycle, f))
+        with bar_of(shown, "onset: the mean load settles"):
+            return onset_from(system, cycle, f, mean_state(system, cycle, f))
     except FrictoptError:
         return first

@@ -71,7 +71,7 @@ def steady_state(
         Number of increments from corner to corner; finer ones tell `step_error`. Begin with 2 in a large contact in space, and double them until
         `step_error` is small enough. None: the exact path in the plane, 20 in space.
     progress
-        Show a bar where increments take more than two seconds.
+        Whether to show after two seconds how far it is. Ctrl-C stays a KeyboardInterrupt with an attribute `work`, (cycles,), as of a NoContinuation.
 
     Raises
     ------
@@ -100,8 +100,13 @@ def steady_state(
     asked = system, cycle, friction, load_factor, initial_slip, initial_state
     path = path_of(*asked, steps=steps)
     early: list[Array] = []
+    run: Run | None = None
 
-    with bar_of(progress and path.steps > 0, "steady state", "cycle", delay=2) as bar:
+    def kept(_: object) -> tuple[str, object, str] | None:
+        works = np.array(run.works if run else [])
+        return ("work", works, f"the work of friction in each of {len(works)} cycles is in the attribute `work`") if len(works) else None
+
+    with bar_of(progress, "steady state", "cycle", keeps=kept) as bar:
 
         def tell() -> None:
             bar.update()
