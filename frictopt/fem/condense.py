@@ -80,6 +80,7 @@ def condense(
         (N,) names of the contact that each pair belongs to; None: one contact, "contact".
     width
         (N,) tributary lengths, in space areas; None: in the plane half the distances to the neighbours on the same contact, in space not known.
+        `MatrixJob.areas` finds them in a deck. Wear, and tractions in tables, need them.
 
     Returns
     -------

@@ -291,7 +291,8 @@ def _per_work(system: ContactSystem, friction: ArrayLike, coefficient: ArrayLike
     less = "give a coefficient of wear >= 0, volume per normal force and way slid"
     f, k = friction_coefficients(friction, system.nodes), per_node("coefficient", coefficient, system.nodes, less)
     if system.width is None:
-        raise ModelError("system: it has no width, and depths of wear are volumes over width; give the ContactSystem the length or area of each node")
+        remedy = "give it the length or area of each node, as `condense(..., width=job.areas(pairs[:, 1]))`"
+        raise ModelError(f"system: it has no width, and depths of wear are volumes over width; {remedy}")
     if (smooth := (f == 0) & (k > 0)).any():
         where = f"friction: 0 at node {int(smooth.argmax())}, and wear follows from the work of friction"
         raise ModelError(f"{where}; give friction above 0, or a coefficient of 0 there")
