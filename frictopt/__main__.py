@@ -143,7 +143,8 @@ def _condense(asked: argparse.Namespace) -> None:
         except ModelError as error:
             raise ModelError(f"--load {text}: {error}") from error
     pairs = job.pairs(*asked.contact)
-    system = condense(job.K, loads, pairs, job.normals(pairs[:, 1]), job.unknowns, job.points, generalised=job.generalised)
+    normals, width = job.normals(pairs[:, 1]), job.areas(pairs[:, 1])
+    system = condense(job.K, loads, pairs, normals, job.unknowns, job.points, generalised=job.generalised, width=width)
     system.save(asked.system)
     print(system)
 

@@ -16,6 +16,7 @@ import pytest
 import frictopt as fo
 from answers import ANSWERS, ASKED, PAIR
 from frictopt.contact.result import Kept, Portable
+from frictopt.fem.modes import Modes
 from frictopt.fem.recovery import BodyFields
 from systems import CYCLE, system
 
@@ -27,6 +28,7 @@ GRID = [[x, y, 0.0] for x in (0.0, 1.0) for y in (0.0, 1.0)]
 SHEARS = dict(zip("QR", np.eye(12), strict=False))
 PAD = fo.ContactSystem(np.diag(np.arange(12.0) + 4.0), GRID, {"P": np.repeat([0.0, 0.0, 1.0], 4), **SHEARS})
 TURNS = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"R": 1.0}, {"Q": -1.0}])
+HEAVY = fo.Material(density=1.0)
 PUNCH, BLOCKS = fo.scenes.PunchOnHalfPlane(elements=4, growth=1.6).model(), fo.scenes.SquarePunch(elements=2, growth=2.0).model()
 SHEARED = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])
 FLAT = system(np.eye(2), np.zeros((2, 2)), 0.0, [1.0, 2.0], 1.0, 0.0)
@@ -37,6 +39,7 @@ EXAMPLES = [
     BLOCKS,
     fo.read_calculix("tests/data/flat"),
     PUNCH.recover({"P": 1.0}, np.zeros(5), np.zeros(5)),
+    fo.scenes.PunchOnHalfPlane(elements=4, growth=1.6, punch_material=HEAVY, block_material=HEAVY).model().modes(2),
     fo.starts.Start(family="own", name="one", slip=[0.5, 0.0]),
     *ANSWERS,
     fo.shakedown_limit(NODE, LIFTS, 0.5),
@@ -94,7 +97,7 @@ def test_a_copy_says_the_same_stays_read_only_and_can_be_drawn(way, result):
 
 def test_every_public_kind_of_result_is_among_the_examples():
     public = {kind for kind in vars(fo).values() if isinstance(kind, type) and issubclass(kind, Portable)}
-    kinds = [BodyFields, *(getattr(room, name) for room in (fo, fo.results) for name in room.__all__)]
+    kinds = [BodyFields, Modes, *(getattr(room, name) for room in (fo, fo.results) for name in room.__all__)]
     public |= {kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Portable)}
     assert {type(result) for result in EXAMPLES} == public | {fo.starts.Start, fo.increments.Increment}
 

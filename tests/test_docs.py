@@ -29,6 +29,7 @@ CITED = {  # public name -> label of the equation of the theory page that its do
     "ContactSystem": "reactions",
     "condense": "condensation",
     "BoltPreload": "bolt",
+    "ContactModel.modes": "modes",
     "reference.referee": "coulomb",
     "LoadCycle": "cycle",
     "onset": "onset",

@@ -62,6 +62,17 @@ def test_a_finer_pin_rests_so_too(pin):
     assert not rests(pin(32), PIN, 0.9, 1.001 * limit.load_factor, initial_slip=limit.slip)
 
 
+def test_forces_at_the_last_corner_are_those_of_the_stiffness(pin):
+    """`r + S (slip, gap)` with what is open there, which is not what is open at the first corner."""
+    contact = pin(16)
+    limit = fo.shakedown_limit(contact, PIN, 0.5, events=True)
+    bonded = contact.reaction(PIN.at(limit.load_factor)[-1])
+    q, p = np.split(np.concatenate(bonded) + contact.S @ np.concatenate([limit.state.slip, limit.state.gap]), 2)
+    for found, right in zip(limit.reactions, (q, p), strict=True):
+        assert found[-1] == pytest.approx(right, abs=1e-9 * np.abs(p).max())
+    assert (np.abs(p) > 1e-6).any() and (limit.state.gap > 0).any()
+
+
 def test_the_cycle_that_is_followed_opens_the_nodes_where_the_limit_says(pin):
     contact = pin(16)
     limit = fo.shakedown_limit(contact, PIN, 0.5, events=True)

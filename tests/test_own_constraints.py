@@ -296,6 +296,23 @@ def test_what_is_no_number_proves_nothing(ask, which, monkeypatch):
         ask()
 
 
+@pytest.mark.parametrize("kind", [fo.ShakedownModel, fo.SafeSlipModel])
+def test_a_solver_that_breaks_a_row_of_your_own_is_not_believed(kind, monkeypatch):
+    """In an unknown of your own alone: slip, margin, load factor and multipliers are right."""
+    model, own = kind(*TWO), cp.Variable(name="own")
+    asked = (0.4,) if kind is fo.ShakedownModel else (0.4, 0.1)
+    right = model.solve(*asked, [own == 0.5 * model.slip[0]])
+
+    def lie(compiled, z, multipliers):
+        if "own" in compiled.problem.var_dict:
+            z[compiled.place(compiled.problem.var_dict["own"])] += 1e-3
+
+    misread(monkeypatch, lie)
+    with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
+        model.solve(*asked, [own == 0.5 * model.slip[0]])
+    assert right.residual <= 1e-9
+
+
 def test_rows_of_your_own_are_printed_by_the_names_of_the_model_and_have_multipliers():
     model = fo.ShakedownModel(*TWO)
     kept = cp.constraints.Zero(model.slip[0])

@@ -326,7 +326,9 @@ class ContactSystem(Shown, Plotted):
         ([[0.5]], [[2.0]], [0.5])
         """
         if self.width is None:
-            raise ModelError("width: not known, and the springs of a node act on its width; give the system the widths of its nodes")
+            raise ModelError(
+                "width: not known, and the springs of a node act on its width; give it, as `condense(..., width=job.areas(pairs[:, 1]))`"
+            )
         give = parts.compliances(tangential, normal, self.width, self.tangents)
         if not give.any():
             return self

@@ -19,9 +19,10 @@ from .elasticity import Kinematics, body_stiffness, midside_ties
 from .given import same_point
 from .interface import Interface, frames_of, guided, openings
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction, values_at
+from .mass import NodalForces
 from .rigid import NO_ROWS, assemblies, free_motions, node_graph
 
-Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Displacement | Interference | BoltPreload
+Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Displacement | Interference | BoltPreload | NodalForces
 
 
 class Assembly:

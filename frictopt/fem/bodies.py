@@ -62,7 +62,7 @@ class Body:
     3
     >>> mesh = MeshHex.init_tensor([0.0, 0.5, 1.0], [0.0, 1.0], [0.0, 1.0]).with_boundaries({"contact": lambda x: x[2] == 0})
     >>> fo.Body(mesh)
-    Body(MeshHex1, 12 nodes, 2 elements, boundaries=['contact'], element='linear', Material(E=1.0, nu=0.3))
+    Body(MeshHex1, 12 nodes, 2 elements, boundaries=['contact'], element='linear', Material(E=1.0, nu=0.3, density=None))
     >>> fo.Body(mesh).boundary_nodes("contact", "interface").size
     6
     >>> fo.Body(mesh, element="quadratic").boundary_nodes("contact", "interface").size

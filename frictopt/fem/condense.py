@@ -81,6 +81,7 @@ def condense(
         (N,) names of the contact that each pair belongs to; None: one contact, "contact".
     width
         (N,) tributary lengths, in space areas; None: in the plane half the distances to the neighbours on the same contact, in space not known.
+        `MatrixJob.areas` finds them in a deck. Wear, and tractions in tables, need them.
     progress
         Whether to show after two seconds how far it is. Nothing of it is of use before the end, so Ctrl-C keeps nothing.
 

@@ -42,11 +42,14 @@ class Material:
         Young's modulus, > 0, force per area.
     nu
         Poisson's ratio, -1 < nu < 0.5.
+    density
+        Mass per volume, > 0, in the unit of E times time^2 / length^2: tonne/mm^3 beside MPa, mm and s (steel: 7.85e-9), kg/m^3 beside Pa, m and s.
+        None: not known; modes need it.
 
     Raises
     ------
     ModelError
-        E not positive, nu outside (-1, 0.5).
+        E or density not positive, nu outside (-1, 0.5).
 
     Examples
     --------
@@ -60,9 +63,12 @@ class Material:
 
     E: float = 1.0
     nu: float = 0.3
+    density: float | None = None
 
     def __post_init__(self) -> None:
         vars(self).update(E=finite_number("E", self.E, above=0.0), nu=finite_number("nu", self.nu, above=-1.0, below=0.5))
+        if self.density is not None:
+            vars(self).update(density=finite_number("density", self.density, above=0.0))
 
     @property
     def lame(self) -> tuple[float, float]:

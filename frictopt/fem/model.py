@@ -24,6 +24,7 @@ from .contacts import Contact, Joint
 from .elasticity import Kinematics
 from .interface import check_course
 from .loads import Expansion
+from .modes import Vibrating
 from .recovery import BodyFields, Recovery, Steady, Viewed, strain_and_stress, warn_of_open_nodes
 
 _UNITS_APART = 2e5  # Pa and MPa differ by 1e6, rubber and steel by up to 1e5
@@ -33,7 +34,7 @@ _MISSED = 0.5  # share of the widest measured gap by which facets may miss curve
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ContactModel(Shown, Viewed):
+class ContactModel(Shown, Viewed, Vibrating):
     """Elastic bodies that meet along any number of faces, in the plane or in space as their meshes are.
 
     Parameters
@@ -44,7 +45,7 @@ class ContactModel(Shown, Viewed):
         Supports. With the contacts glued, they must prevent all rigid motions; a body that other bodies hold may be free. Of symmetric bodies a half
         does, held across the plane of symmetry: nodes of a contact there, as on the axis of axisymmetric bodies, do not slip across it.
     loads
-        Load case name -> its loads: Traction, Pressure, BodyForce, Centrifugal, Expansion, Displacement, Interference, BoltPreload.
+        Load case name -> its loads: Traction, Pressure, BodyForce, Centrifugal, Expansion, Displacement, Interference, BoltPreload,
     contacts
         The contacts, each of another name. None given: two bodies, the first of them body 1, meet along the boundary "contact" of both. A corner node
         belongs to as many contacts as faces end there. Where its motion in the last of them follows from the others, the next node stands for both;

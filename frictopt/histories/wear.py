@@ -275,8 +275,7 @@ class Course:
             return ""
         if work <= _WORN_IN * largest:
             return f"worn in: the work of friction per cycle is {work / largest:.1e} of its largest"
-        damping = self.damping
-        late = np.linalg.solve(np.eye(len(rate)) + _FAR / (np.abs(damping).max() or 1.0) * damping, rate)
+        late = np.linalg.solve(np.eye(len(rate)) + _FAR / (np.abs(self.damping).max() or 1.0) * self.damping, rate)
         unchanged = np.abs(late - rate).max() <= self.tolerance * rate.max()
         return "the contact wears on at rates that never change: they take off no pressure; give `cycles`" if unchanged else ""
 
@@ -293,7 +292,8 @@ def _per_work(system: ContactSystem, friction: ArrayLike, coefficient: ArrayLike
     less = "give a coefficient of wear >= 0, volume per normal force and way slid"
     f, k = friction_coefficients(friction, system.nodes), per_node("coefficient", coefficient, system.nodes, less)
     if system.width is None:
-        raise ModelError("system: it has no width, and depths of wear are volumes over width; give the ContactSystem the length or area of each node")
+        remedy = "give it the length or area of each node, as `condense(..., width=job.areas(pairs[:, 1]))`"
+        raise ModelError(f"system: it has no width, over which volumes worn are depths; {remedy}")
     if (smooth := (f == 0) & (k > 0)).any():
         where = f"friction: 0 at node {int(smooth.argmax())}, and wear follows from the work of friction"
         raise ModelError(f"{where}; give friction above 0, or a coefficient of 0 there")

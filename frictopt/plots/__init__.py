@@ -23,7 +23,7 @@ _NEEDED = ("friction", "friction_std", "friction_number", "load_factor", "load_r
 def draw(result: object, ax: "Axes | AxesArray | None" = None, kind: str = "", **options: object) -> "Axes | AxesArray":
     """Draw a result in the given axes, which keep their style, or in those of a new figure, and return the axes.
 
-    Its picture, or another `kind`: the "status" of the nodes of a trajectory, fields in "deformed" bodies, the table of a "study".
+    Its picture, or another `kind`: the "status" of the nodes of a trajectory, fields in "deformed" bodies, a "mode", the table of a "study".
 
     Raises
     ------
@@ -41,7 +41,7 @@ def draw(result: object, ax: "Axes | AxesArray | None" = None, kind: str = "", *
 
     with nullcontext() if ax is not None else screen():
         others: dict[str, Callable[..., Axes | AxesArray]]
-        others = {"status": transients.node_status, "deformed": bodies.deformed, "study": histories.runs_of}
+        others = {"status": transients.node_status, "deformed": bodies.deformed, "mode": bodies.mode, "study": histories.runs_of}
         drawn = others.get(kind, picture)(result, ax, **options)
     name_units(np.ravel(np.asarray(drawn, dtype=object))[0], _units(result))
     return drawn

@@ -17,6 +17,7 @@ from ..fem.assembly import nodes_of
 from ..fem.bodies import Body
 from ..fem.loads import Pressure, Traction, surface_forces
 from ..fem.model import ContactModel
+from ..fem.modes import Modes
 from ..fem.recovery import BodyFields, von_mises
 from ..scenes.scene import Scene
 from .strip import label_panels, lines
@@ -211,15 +212,26 @@ def _fields(fields: BodyFields, ax: AnyAxes | None = None) -> AnyAxes:
 
 def deformed(fields: BodyFields, ax: AnyAxes | None = None, enlarged: float | None = None) -> AnyAxes:
     """Each body in its colour under its displacements, in space its surface; in grey its outline as it was."""
-    axes, ends = _axes_of(fields.bodies, ax)
+    return _moved(fields.bodies, fields.displacement, ax, enlarged, "displacements {scale:.4g} times enlarged; the largest is {largest:.4g} (length)")
+
+
+def mode(modes: Modes, ax: AnyAxes | None = None, number: int = 0) -> AnyAxes:
+    """The shape of one mode: each body in its colour, in space its surface; in grey its outline at rest."""
+    shape = {name: shapes[number] for name, shapes in modes.shapes.items()}
+    return _moved(modes.bodies, shape, ax, None, f"mode {number}: {modes.frequency[number]:.5g} cycles per unit of time")
+
+
+def _moved(bodies: Mapping[str, Body], displacement: Mapping[str, Array], ax: AnyAxes | None, enlarged: float | None, title: str) -> AnyAxes:
+    """Bodies under their displacements, so many times enlarged, or the largest a tenth of the size of the picture."""
+    axes, ends = _axes_of(bodies, ax)
     in_space, size = ends.shape[1] == 3, float((ends[1] - ends[0]).max())
-    largest = max(float(np.linalg.norm(u, axis=0).max()) for u in fields.displacement.values())
+    largest = max(float(np.linalg.norm(u, axis=0).max()) for u in displacement.values())
     scale = (0.1 * size / largest if largest > 0 else 1.0) if enlarged is None else enlarged
-    for number, (name, body) in enumerate(fields.bodies.items()):
+    for number, (name, body) in enumerate(bodies.items()):
         if not in_space:
             draw_edges(axes, body.mesh, body.mesh.boundary_facets(), color=GREY, lw=0.8, zorder=0.4, label="as it was" if number == 0 else None)
-        _body(axes, replace(body.mesh, doflocs=body.mesh.doflocs + scale * fields.displacement[name]), number, name, 0.25, 0.6)
-    axes.set_title(f"displacements {scale:.4g} times enlarged; the largest is {largest:.4g} (length)")
+        _body(axes, replace(body.mesh, doflocs=body.mesh.doflocs + scale * displacement[name]), number, name, 0.25, 0.6)
+    axes.set_title(title.format(scale=scale, largest=largest))
     _finished(axes, ends, 0.1 * size)
     return _named(axes, ax, in_space)
 

@@ -47,7 +47,8 @@ def fretting_table(states: Trajectory, work: Array, stress: ArrayLike | None, st
         tension = np.maximum(sigma.max(axis=0), 0.0)
         columns[f"F2{unit}"], columns["SWT"] = np.nan_to_num(tension) * first, tension * np.ptp(epsilon, axis=0) / 2
     table = frame(columns, units=system.units)
-    table.attrs["note"] = _NOTE if system.width is not None else f"nodal forces, not tractions: the system has no width; {_NOTE}"
+    less = "nodal forces, not tractions: the system has no width, which `condense(..., width=job.areas(pairs[:, 1]))` gives; "
+    table.attrs["note"] = _NOTE if system.width is not None else less + _NOTE
     return table
 
 

@@ -185,6 +185,38 @@ class MatrixJob(LabelledMatrix):
         inward = node_normals(facets, self.mesh.p.T)[nodes]
         return frozen(-inward / np.linalg.norm(inward, axis=1)[:, None])
 
+    def areas(self, face: str | ArrayLike) -> Array:
+        """(N,) area that belongs to each of the corner nodes on a face, in the plane length: the `width` of `condense`, such as of wear.
+
+        That of its part of the facets through the corners, as contact faces are linear between them.
+
+        Parameters
+        ----------
+        face
+            The nodes of one whole face, see `nodes`, in the order of the areas: for `condense` those of the pairs, `pairs[:, 1]`.
+
+        Raises
+        ------
+        ModelError
+            Nodes that no facet of the outline joins, axisymmetric elements; see `nodes`.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> job = fo.read_calculix("tests/data/flat")
+        >>> round(float(job.areas(job.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK")[:, 1]).sum()), 9)  # a face 10 wide
+        10.0
+        """
+        self._check_not_axisymmetric("areas", "the areas of whole circumferences as `width`")
+        nodes = self._corners(face)
+        facets = between(self.mesh, nodes, self._known.numbers)
+        (areas,) = boundary_forces(self.mesh, facets, lambda points, _: np.ones((1, *points.shape[1:])), "space")
+        return frozen(areas[nodes])
+
+    def _check_not_axisymmetric(self, argument: str, instead: str) -> None:
+        if axisymmetric := sorted({kind for kind, _, _ in self._known.elements if kind.startswith("CAX")}):
+            raise ModelError(f"{argument}: elements {axisymmetric[0]} are axisymmetric; give condense {instead}")
+
     def force(self, where: str | ArrayLike, *, traction: object = None, pressure: object = None, total: object = None, nodal: object = None) -> Array:
         """(n,) nodal forces of one load, said in one of four ways; on displacements that follow others they go to these, on held ones to the ground.
 
@@ -219,8 +251,7 @@ class MatrixJob(LabelledMatrix):
         nodes, deck, d = self.nodes(where), self._known, self._directions
         if len(given) != 1:
             raise ModelError(f"force: {' and '.join(given) or 'no load'}; give one of traction, pressure (force per area), total, nodal (force)")
-        if axisymmetric := sorted({kind for kind, _, _ in deck.elements if kind.startswith("CAX")}):
-            raise ModelError(f"force: elements {axisymmetric[0]} are axisymmetric; give condense the nodal forces that belong to the code's matrix")
+        self._check_not_axisymmetric("force", "the nodal forces that belong to the code's matrix")
         ((name, value),), rows = given.items(), rows_of_nodes(self.labels, deck.numbers, deck.constraints)
         forces = np.zeros(rows.shape)
         if name == "nodal":
