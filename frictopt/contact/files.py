@@ -48,7 +48,7 @@ def to_its_end() -> Iterator[None]:
 
 _OTHERS = {*WRITERS, *".xls .txt .json .mat .h5 .hdf5 .npy .pkl .zip .gz".split()}  # no archive stands under the name of another format
 _NAMES = ("S", "points", "gap", "frames", "contact", "width", "E_star", "compliance", "units")
-_FORM = "frictopt contact system 7"
+_FORM = "frictopt contact system 8"
 
 
 def write(path: str | Path, system: Any) -> None:
@@ -61,7 +61,8 @@ def write(path: str | Path, system: Any) -> None:
         if Path(path).exists() and not Path(path).is_file():
             raise OSError("it is a folder or a device")
         with Path(path).open("wb") as file:
-            np.savez(file, allow_pickle=False, format=_FORM, cases=list(system.bonded), bonded=bonded, **plain)
+            bolts = [system.bolts.get(case, (np.nan, np.nan)) for case in system.bonded]
+            np.savez(file, allow_pickle=False, format=_FORM, cases=list(system.bonded), bonded=bonded, bolts=bolts, **plain)
     except (OSError, TypeError, ValueError) as error:
         raise ModelError(f"path: {str(path)!r} cannot be written ({error}); give a file that ends in .npz, in a folder that exists") from error
 
@@ -76,11 +77,12 @@ def read(source: str | Path) -> dict[str, Any]:
                 raise ValueError(f"{damaged} is damaged")
         with np.load(source, allow_pickle=False) as archive:
             arrays = dict(archive)
-        if arrays.keys() != {"format", "cases", "bonded", *_NAMES} or str(arrays.pop("format")) != _FORM:
+        if arrays.keys() != {"format", "cases", "bonded", "bolts", *_NAMES} or str(arrays.pop("format")) != _FORM:
             raise ValueError("it does not hold the arrays of a contact system")
-        bonded = dict(zip(arrays.pop("cases").tolist(), arrays.pop("bonded"), strict=True))
+        bonded = dict(zip(cases := arrays.pop("cases").tolist(), arrays.pop("bonded"), strict=True))
+        bolts = {case: pair for case, pair in zip(cases, arrays.pop("bolts").tolist(), strict=True) if not np.isnan(pair).any()}
         known = {name: None if not array.size else array if array.ndim else array.item() for name, array in arrays.items()}
     except Exception as error:  # readers raise many kinds of error on a damaged or foreign file
         why = " ".join(str(error).split()) or type(error).__name__
         raise ModelError(f"path: {str(source)!r} is not a contact system ({why}); give one of `frictopt condense` or ContactSystem.save") from error
-    return {"bonded": bonded, **known}
+    return {"bonded": bonded, "bolts": bolts, **known}

@@ -149,6 +149,26 @@ class SteadyState(Recorded, Plotted):
         """
         return self.states().loop(case)
 
+    def bolt_table(self) -> Table:
+        """What locked bolts carry over the steady cycle: one row for each.
+
+        Columns are bolt, its load case; force, that of its `BoltPreload`; tension_mean, the middle of the range of its tension; and
+        tension_amplitude, half of that range, which fatigue of bolts is judged by. In increments the range is that of their ends.
+
+        Raises
+        ------
+        ModelError
+            No locked bolt, a system without `compliance`.
+        """
+        if not self.system.bolts:
+            raise ModelError("system: it has no locked bolt; give the model a BoltPreload(..., locked=True)")
+        states = self.states()
+        tension = np.array([states.tension(bolt) for bolt in self.system.bolts])
+        low, high = tension.min(axis=1), tension.max(axis=1)
+        force = [force for force, _ in self.system.bolts.values()]
+        columns = {"bolt": [*self.system.bolts], "force": force, "tension_mean": (high + low) / 2, "tension_amplitude": (high - low) / 2}
+        return frame(columns, units=self.system.units)
+
     def fretting_table(
         self,
         *,
