@@ -29,6 +29,7 @@ CITED = {  # public name -> label of the equation of the theory page that its do
     "ContactSystem": "reactions",
     "condense": "condensation",
     "BoltPreload": "bolt",
+    "ContactSystem.tension": "bolt",
     "reference.referee": "coulomb",
     "LoadCycle": "cycle",
     "onset": "onset",
