@@ -30,6 +30,7 @@ CITED = {  # public name -> label of the equation of the theory page that its do
     "condense": "condensation",
     "BoltPreload": "bolt",
     "ContactModel.modes": "modes",
+    "ContactSystem.tension": "bolt",
     "reference.referee": "coulomb",
     "LoadCycle": "cycle",
     "onset": "onset",

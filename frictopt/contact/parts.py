@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import ModelError
-from .checks import Array, Names, check_entries, checked_cases, finite_array, for_each, frozen, real_array, shown
+from .checks import Array, Names, check_entries, checked_cases, choice, finite_array, for_each, frozen, real_array, shown
 from .tolerances import CONDENSATION, RIGID, SAME_POINT
 
 _ORTHONORMAL = 10 * CONDENSATION  # error of the frames of the pairs up to which they are orthonormal, as for given normals
@@ -81,6 +81,18 @@ def checked_bonded(argument: str, bonded: object, n: int, tangents: int) -> Mapp
     if not (cases := checked_cases(argument, bonded, "(q, p)")):
         raise ModelError(f"{argument}: no load case; give at least one, name -> (q, p)")
     return MappingProxyType({name: checked_pair(f"{argument}[{name!r}]", given, n, tangents) for name, given in cases.items()})
+
+
+def checked_bolts(argument: str, bolts: object, cases: Mapping[str, object]) -> Mapping[str, tuple[float, float]]:
+    """Check locked bolts, load case name -> (force, shortening), and return them read-only."""
+    found = {}
+    for case, pair in checked_cases(argument, bolts, "(force, shortening)").items():
+        choice(f"{argument}: load case", case, cases)
+        values = finite_array(name := f"{argument}[{case!r}]", pair, (2,))
+        check_entries(name, values, values > 0, "give a force and a shortening above 0", "index")
+        force, shortening = values.tolist()
+        found[case] = force, shortening
+    return MappingProxyType(found)
 
 
 def checked_pair(argument: str, given: Any, n: int, tangents: int) -> tuple[Array, Array]:

@@ -25,6 +25,7 @@ from .checks import (
     frozen,
     per_node,
     real_array,
+    shown,
 )
 from .parts import joined, parted
 from .result import Plotted, Shown, Table, frame
@@ -68,6 +69,9 @@ class ContactSystem(Shown, Plotted):
     compliance
         (cases, cases) compliance of the load cases on the glued bodies, in the order of `bonded`, for `displacements` alone: entry j, k is the
         displacement of load case j under the unit load k, that is the work of the unit load j in it.
+    bolts
+        Load case name of a locked bolt -> (force, shortening): what it is tightened to, and by how much its unit amplitude shortens it, length; both
+        above 0. The work of the unit load of such a case is minus the tension times the shortening, see `tension`.
     units
         Names of the units of force and length, such as "N, mm", for the axes of pictures and `attrs["units"]` of tables; no number depends on them.
 
@@ -108,6 +112,7 @@ class ContactSystem(Shown, Plotted):
     width: Array | None = None
     E_star: float | None = None
     compliance: Array | None = None
+    bolts: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     units: str | None = None
     nodes: int = field(init=False)
     tangents: int = field(init=False)
@@ -135,6 +140,7 @@ class ContactSystem(Shown, Plotted):
             width=None if self.width is None else parts.checked_width(self.width, n),
             E_star=None if self.E_star is None else finite_number("E_star", self.E_star, above=0.0),
             compliance=None if L is None else parts.symmetrised("compliance", finite_array("compliance", L, (len(bonded),) * 2)),
+            bolts=parts.checked_bolts("bolts", self.bolts, bonded),
             units=checked_units(self.units),
             stiffness_scale=scale,
             own_stiffness=frozen(np.where(own > RIGID * most, own, most).ravel()),
@@ -156,6 +162,7 @@ class ContactSystem(Shown, Plotted):
         width: ArrayLike | None = None,
         E_star: float | None = None,
         compliance: ArrayLike | None = None,
+        bolts: Mapping[str, tuple[float, float]] | None = None,
         units: str | None = None,
     ) -> Self:
         """A contact in the plane on a straight line, from the (N, N) blocks of its stiffness and the (N,) coordinates of its nodes on that line.
@@ -175,7 +182,7 @@ class ContactSystem(Shown, Plotted):
         A, C = parts.symmetrised("A", A), parts.symmetrised("C", C)
         points = np.column_stack([line, np.zeros(n)])
         more: dict[str, Any] = {"gap": gap, "contact": contact, "width": width, "E_star": E_star, "compliance": compliance, "units": units}
-        return cls(np.block([[A, B.T], [B, C]]), points, bonded, **more)
+        return cls(np.block([[A, B.T], [B, C]]), points, bonded, bolts={} if bolts is None else bolts, **more)
 
     def _answer(self) -> Mapping[str, object]:
         names = [] if self.contact is None else list(dict.fromkeys(self.contact.tolist()))
@@ -270,6 +277,27 @@ class ContactSystem(Shown, Plotted):
                 f"(..., {self.nodes})"
             )
         return np.asarray(loads @ self.compliance - joined(v, w - self.gap) @ self._reactions)
+
+    def tension(self, case: str, amplitudes: ArrayLike, slip: ArrayLike, gap: ArrayLike) -> Array:
+        """(...,) tension of the locked bolt of a load case, force, at states of the contact that are given as for `displacements`. Theory, eq. (25).
+
+        It is linear in loads, slip and gap. ModelError for a load case of no locked bolt, and where `displacements` has one.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> loads, L = {"bolt": ([0.0], [2.0]), "pull": ([0.0], [-1.0])}, [[-0.2, 0.0], [0.0, 0.0]]
+        >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[40.0]], [0.0], loads, compliance=L, bolts={"bolt": (2.0, 0.1)})
+        >>> node.tension("bolt", [[1.0, 0.0], [1.0, 4.0]], slip=[[0.0]] * 2, gap=[[0.0], [0.05]]).round(9).tolist()  # closed, open
+        [2.0, 3.0]
+        """
+        if case not in self.bolts:
+            raise ModelError(
+                f"case: {shown(case)} is no locked bolt, {sorted(self.bolts)} are; the tension of a bolt that is not locked is its force times the "
+                "amplitude, whatever other loads do"
+            )
+        _, shortening = self.bolts[case]
+        return np.asarray(-self.displacements(amplitudes, slip, gap)[..., list(self.bonded).index(case)] / shortening)
 
     def with_bonded(self, cases: Mapping[str, ArrayLike]) -> Self:
         """Copy with load cases added or replaced, name -> bonded reactions, as in `ContactSystem`. Its compliance is not known."""

@@ -1,7 +1,7 @@
 """The bodies of a model in one numbering: stiffness, loads, supports and pairs of nodes."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TypeAlias
 
@@ -38,10 +38,10 @@ class Assembly:
         bodies: Mapping[str, Body],
         supports: Sequence[Support],
         contacts: Sequence[Contact],
-        sections: Iterable[tuple[str, str]],
+        bolts: Sequence[BoltPreload],
         kinematics: Kinematics,
     ) -> None:
-        self.bodies, cuts = cut_bodies(bodies, sections, kinematics)
+        self.bodies, cuts = cut_bodies(bodies, bolts, kinematics)
         self.kinematics, self.supports = kinematics, supports
         meshes = [body.mesh for body in self.bodies.values()]
         first = np.cumsum([0, *(mesh.p.shape[1] for mesh in meshes)]).tolist()
@@ -152,15 +152,15 @@ class Assembly:
         """Let the far faces of cuts follow the near ones."""
         self.cuts, taken = [], self.pairs.opening.indices
         for cut in cuts:
-            near, far = (self.first_node[cut.body] + face for face in (cut.near, cut.far))
+            near, far = (self.first_node[cut.bolt.body] + face for face in (cut.near, cut.far))
             held = self.free_rows[near][:, np.abs(cut.axis) > SAME_POINT].min() < 0
             if held or np.isin(taken, [near, far]).any():
                 raise ModelError(
-                    f"bolt {cut.body!r}: its section at {place(self.points[near].mean(axis=0))} has nodes in a contact, in another section, or held "
-                    "along the axis; put it where the shank is free"
+                    f"bolt {cut.bolt.body!r}: its section at {place(self.points[near].mean(axis=0))} has nodes in a contact, in another section, or "
+                    "held along the axis; put it where the shank is free"
                 )
             self.free_rows[far], taken = -2, np.r_[taken, near, far]
-            self.cuts.append(Cut(cut.body, near, far, cut.axis))
+            self.cuts.append(Cut(cut.bolt, near, far, cut.axis))
 
     def check_ends(self) -> None:
         """Check that contacts join what lies on either side of a cut, or that supports hold both along its axis."""
@@ -170,12 +170,15 @@ class Assembly:
             for end in ends if len(ends) == 2 else ():
                 if not np.any(self.free_rows[part == end][:, np.abs(cut.axis) > SAME_POINT] == -1):
                     raise ModelError(
-                        f"bolt {cut.body!r}: nothing holds what is around {place(self.points[part == end].mean(axis=0))} against the force along the "
-                        "axis; add the Contact of the head or the nut there, or a Support"
+                        f"bolt {cut.bolt.body!r}: nothing holds what is around {place(self.points[part == end].mean(axis=0))} against the force "
+                        "along the axis; add the Contact of the head or the nut there, or a Support"
                     )
 
     def case(self, argument: str, parts: Sequence[Load]) -> tuple[Array, Array, Array]:
-        """Nodal forces (size,), displacements of moved supports, and of what is glued to them, with all else at rest (size,), and overlaps (N,)."""
+        """Nodal forces (size,), displacements (size,) that are given with all else at rest, and overlaps (N,).
+
+        Given are those of moved supports, of what is glued to them, and of the far face of a locked bolt, by a shortening of 1.
+        """
         forces, moved, amounts = np.zeros(self.points.size), np.full(self.points.size, np.nan), dict.fromkeys(self.names, 0.0)
         for part in parts:
             if isinstance(part, Interference):
@@ -184,14 +187,17 @@ class Assembly:
                 amounts[part.contact] += part.amount
             elif isinstance(part, Displacement):
                 self._move(argument, part, moved)
-            else:
+            elif not (isinstance(part, BoltPreload) and part.locked):
                 body, first = self.body(argument, part.body), self.points.shape[1] * self.first_node[part.body]
                 if isinstance(part, Traction | Pressure):
                     body.boundary(part.boundary, argument)
                 forces[first : first + body.mesh.p.size] += part._forces(body, self.kinematics).ravel()
         forces = self.tied.T @ forces
         self._check_felt(argument, parts, forces)
-        return forces, self._followed(argument, moved), np.array(list(amounts.values()))[self.contact]
+        moved = self._followed(argument, moved)
+        for cut in self.cuts:
+            moved[self.rows[cut.far]] = moved[self.rows[cut.near]] - cut.axis * (cut.bolt.locked and cut.bolt in parts)
+        return forces, moved, np.array(list(amounts.values()))[self.contact]
 
     def _followed(self, argument: str, moved: Array) -> Array:
         """Displacements (size,) of supports, nan where none is given, and of what is glued to them."""

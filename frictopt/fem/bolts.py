@@ -1,6 +1,6 @@
 """Bolts that are tightened: a cut through a shank, whose faces a given force pulls together."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 
@@ -8,7 +8,8 @@ import numpy as np
 from scipy.sparse import csr_matrix, hstack
 from skfem import Mesh
 
-from ..contact import Array, Integers
+from ..contact import Array, Integers, finite_number
+from ..contact.checks import flag
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Kinematics, boundary_forces, facet_nodes, parts_of, points_from
@@ -24,8 +25,13 @@ class BoltPreload(Part):
     The model cuts the body there, by nodes of their own on both faces, and equal and opposite tractions pull the faces together. Along the axis, the
     normal of the section, all nodes of one face move by the same distance relative to the other face, and this distance is free; across the axis
     they do not move relative to each other. So the tension is this force, times the amplitude of its load case, under every load: other loads bend
-    and shear the bolt, but do not stretch it. This is the pretension section of other codes before its length is locked; a pull along a locked bolt
-    would go through the bolt in part, and take less off the contact. Theory, eq. (25).
+    and shear the bolt, but do not stretch it. This is the pretension section of other codes before its length is locked.
+
+    A bolt that is locked keeps the distance by which the faces have come together, and its tension changes with the loads: a pull along it goes
+    through the bolt in part, and takes less off the contact. The amplitude of its load case multiplies this distance; amplitude 1 gives the force in
+    the glued bodies under no other load. `frictopt.starts.tightened` finds the amplitude that gives the force under the mean load, with the contact
+    as it is. `SteadyState.bolt_table` has the tension over a cycle. `gross_slip`, which knows statics alone, takes any tension for possible: ask it
+    with bolts that are not locked. Theory, eq. (25).
 
     Parameters
     ----------
@@ -35,24 +41,34 @@ class BoltPreload(Part):
         Name of a boundary of its mesh: facets inside the body, in one plane across the shank, that cut the body in two. In gmsh it is a physical
         surface between two volumes of the same physical group. A contact or a support holds what lies on either side along the axis.
     force
-        Tension, force; per depth in the plane, of the whole circumference if axisymmetric; half of it where symmetry halves the bolt.
+        Tension, force; per depth in the plane, of the whole circumference if axisymmetric; half of it where symmetry halves the bolt. Above 0 if
+        the bolt is locked.
+    locked
+        Whether its length is kept once it is tightened. It is then the only load of its load case, and stands in no other one.
 
     Raises
     ------
     ModelError
-        A body or a section that is no text, a force that is not a finite number. In a model: facets on the outline or out of one plane, a section
-        that does not cut the body in two, or has nodes in another section, in a contact, or held along the axis; an end that nothing holds.
+        A body or a section that is no text, a force that is not a finite number, of a locked bolt not above 0. In a model: facets on the outline or
+        out of one plane, a section that does not cut the body in two, or has nodes in another section, in a contact, or held along the axis; an end
+        that nothing holds; a locked bolt with other loads in its load case, or in two load cases.
 
     Examples
     --------
     >>> import frictopt as fo
     >>> fo.BoltPreload("bolt", "section", 20e3)
-    BoltPreload(body='bolt', section='section', force=20000.0)
+    BoltPreload(body='bolt', section='section', force=20000.0, locked=False)
     """
 
     body: str
     section: str
     force: float = 1.0
+    locked: bool = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if flag("locked", self.locked):
+            finite_number("force", self.force, above=0.0)
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
         """Nodal forces of a uniform tension on both faces of a body that is cut."""
@@ -63,18 +79,45 @@ class BoltPreload(Part):
 
 @dataclass(frozen=True, eq=False)
 class Cut:
-    """The body that is cut, the (n,) nodes on either face, and the axis (d,) of the bolt, which points from the near face into the far part."""
+    """The bolt, the (n,) nodes on either face, and the axis (d,) of the bolt, which points from the near face into the far part."""
 
-    body: str
+    bolt: BoltPreload
     near: Integers
     far: Integers
     axis: Array
 
 
-def cut_bodies(bodies: Mapping[str, Body], sections: Iterable[tuple[str, str]], kinematics: Kinematics) -> tuple[dict[str, Body], list[Cut]]:
-    """The bodies with their sections, (body, section), cut, the nodes of the far faces last of the corners, and the cuts."""
+def bolts_of(loads: Mapping[str, Sequence[object]]) -> list[BoltPreload]:
+    """The bolts of some load cases, one for each section."""
+    found: dict[tuple[str, str], BoltPreload] = {}
+    for case, parts in loads.items():
+        for bolt in parts:
+            if not isinstance(bolt, BoltPreload):
+                continue
+            before = found.setdefault((bolt.body, bolt.section), bolt)
+            if (before.locked or bolt.locked) and (before is not bolt or len(parts) > 1):
+                also = "with other loads" if before is bolt else "in another load case too"
+                raise ModelError(f"loads[{case!r}]: the locked bolt {bolt.body!r}, section {bolt.section!r}, {also}; give it a load case of its own")
+    return [*found.values()]
+
+
+def by_their_forces(
+    loads: Mapping[str, Sequence[object]], bonded: Mapping[str, Array], L: Array
+) -> tuple[dict[str, Array], Array, dict[str, tuple[float, float]]]:
+    """Bonded reactions and compliance when locked bolts are shortened to their forces in the glued bodies, not by 1; forces and shortenings."""
+    unit, bolts = np.ones(len(L)), {}
+    for k, (name, (bolt, *_)) in enumerate(loads.items()):
+        if isinstance(bolt, BoltPreload) and bolt.locked:
+            unit[k] = -bolt.force / L[k, k]
+            bolts[name] = bolt.force, float(unit[k])
+    return {name: part * r for part, (name, r) in zip(unit, bonded.items(), strict=True)}, L * np.outer(unit, unit), bolts
+
+
+def cut_bodies(bodies: Mapping[str, Body], bolts: Sequence[BoltPreload], kinematics: Kinematics) -> tuple[dict[str, Body], list[Cut]]:
+    """The bodies with the sections of bolts cut, the nodes of the far faces last of the corners, and the cuts."""
     found, cuts = dict(bodies), []
-    for name, section in sections:
+    for bolt in bolts:
+        name, section = bolt.body, bolt.section
         if name not in found:
             raise ModelError(f"bolt: body {name!r} is unknown; this model has {sorted(found)}")
         mesh, start = found[name].mesh, f"bolt {name!r}: section {section!r}"
@@ -85,7 +128,7 @@ def cut_bodies(bodies: Mapping[str, Body], sections: Iterable[tuple[str, str]], 
             raise ModelError(f"{start} is not normal to the axis x = 0; cut an axisymmetric bolt at one y")
         found[name] = copy(found[name])  # one body still, though its parts share no facets
         object.__setattr__(found[name], "mesh", mesh)
-        cuts.append(Cut(name, near, far, axis))
+        cuts.append(Cut(bolt, near, far, axis))
     return found, cuts
 
 
@@ -120,17 +163,19 @@ def _cut(mesh: Mesh, section: str, start: str) -> tuple[Integers, Integers, Arra
 
 
 def released(K: csr_matrix, rows: Integers, cuts: Sequence[Cut]) -> tuple[csr_matrix, csr_matrix]:
-    """Matrices R and D (size, size) of `u = R y + D F`, the displacements under loads F when cuts are free along their axes and tied across them.
+    """Matrices R and D (size, size) of `u = R y + D F`, the displacements under loads F when the faces of cuts are tied across their axes.
 
-    With the matrix C that lets far faces follow near ones, and the motions c of far faces against the axes, by the amounts x, `u = C y + c x`. No
-    force but that of F acts along x: `c^T (K u - F) = 0`. So y has the stiffness `R^T K R`, none at the far faces, and the loads `R^T F`.
+    With the matrix C that lets far faces follow near ones, and the motions c of far faces against the axes, by the amounts x, `u = C y + c x`. Those
+    of locked bolts are given, and not among them. No force but that of F acts along x: `c^T (K u - F) = 0`. So y has the stiffness `R^T K R`, none at
+    the far faces, and the loads `R^T F`.
     """
     size, moves = K.shape[0], [csr_matrix((K.shape[0], 0))]
     follows = np.arange(size)
     for cut in cuts:
         far = rows[cut.far]
         follows[far] = rows[cut.near]
-        moves.append(csr_matrix((np.tile(-cut.axis, len(far)), (far.ravel(), np.zeros(far.size, int))), shape=(size, 1)))
+        if not cut.bolt.locked:
+            moves.append(csr_matrix((np.tile(-cut.axis, len(far)), (far.ravel(), np.zeros(far.size, int))), shape=(size, 1)))
     C, c = csr_matrix((np.ones(size), (np.arange(size), follows)), shape=K.shape), csr_matrix(hstack(moves))
     flexible = csr_matrix(np.linalg.inv((c.T @ K @ c).toarray()))
     return csr_matrix(C - c @ (flexible @ (c.T @ K @ C))), csr_matrix(c @ flexible @ c.T)

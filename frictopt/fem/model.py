@@ -18,7 +18,7 @@ from ..contact.parts import compliances
 from ..errors import ModelError, ModelWarning
 from .assembly import Assembly, Load
 from .bodies import Body, Support, checked_kinematics
-from .bolts import BoltPreload
+from .bolts import bolts_of, by_their_forces
 from .condense import condensed
 from .contacts import Contact, Joint
 from .elasticity import Kinematics
@@ -145,17 +145,17 @@ class ContactModel(Shown, Viewed, Vibrating):
             check_course(points, frames, names)
         parts.check_ends()
         force, moved, _ = (np.column_stack(columns) for columns in zip(*self._cases.values(), strict=True))
-        pulls, drawn = R.T @ force, glued.K @ moved
+        left = force - parts.whole @ moved
         with bar_of(flag("progress", progress), "condensation"):
-            S, bonded, L = condensed(glued, dict(zip(self._cases, (pulls - drawn).T, strict=True)))
-        L += pulls.T @ moved + moved.T @ (pulls - drawn) + force.T @ (D @ force)  # of moved supports, and of bolts that are cut
+            S, bonded, L = condensed(glued, dict(zip(self._cases, (R.T @ left).T, strict=True)))
+        L += force.T @ moved + moved.T @ left + left.T @ (D @ left)  # of moved supports, and of bolts that are cut
+        bonded, L, bolts = by_their_forces(self.loads, bonded, L)
         stress = self.kinematics == "plane_stress"
         moduli = {name: body.material.E if stress else body.material.plane_modulus for name, body in self.bodies.items()}
         E_star = {1 / (1 / moduli[contact.body_1] + 1 / moduli[contact.body_2]) for contact in self.contacts}
         E, contact = E_star.pop() if len(E_star) == 1 else None, np.array(names)
-        rigid = ContactSystem(
-            S, points, bonded, gap=parts.gap, frames=frames, contact=contact, width=parts.width, E_star=E, compliance=L, units=self.units
-        )
+        known: dict[str, Any] = {"E_star": E, "compliance": L, "bolts": bolts, "units": self.units}
+        rigid = ContactSystem(S, points, bonded, gap=parts.gap, frames=frames, contact=contact, width=parts.width, **known)
         if overlaps := {name: overlap for name, (_, _, overlap) in self._cases.items() if overlap.any()}:
             rigid = rigid.with_interference(overlaps)
         tangential, normal = self._springs
@@ -209,26 +209,28 @@ class ContactModel(Shown, Viewed, Vibrating):
             raise ModelError(f"load case {unknown[0]!r}: unknown; this model has {sorted(self.loads)}")
         n, d = len(parts.contact), parts.points.shape[1]
         v, w = finite_array("slip", slip, (n,) if d == 2 else (n, 2)), parts.gap if gap is None else finite_array("gap", gap, (n,))
-        cases = [[amplitude * part for part in self._cases[name]] for name, amplitude in amplitudes.items()]
+        bolts = self._condensed.bolts if any(cut.bolt.locked for cut in parts.cuts) else {}
+        units = {name: shortening for name, (_, shortening) in bolts.items()}
+        cases = [[amplitude * units.get(name, 1.0) * part for part in self._cases[name]] for name, amplitude in amplitudes.items()]
         nothing = [np.zeros(parts.points.size), np.zeros(parts.points.size), np.zeros(n)]
-        force, lift, overlap = (np.sum(some, axis=0) for some in zip(nothing, *cases, strict=True))
-        R, D = parts.release
+        force, moved, overlap = (np.sum(some, axis=0) for some in zip(nothing, *cases, strict=True))
+        (R, D), left = parts.release, force - parts.whole @ moved
         motion = joined(v, w - parts.gap)
         if np.isfinite(self._springs).any():  # the bodies move by what the springs give, too
             system = self._condensed
             motion -= compliances(*self._springs, parts.width, d - 1) * (joined(*system.reaction(amplitudes)) + system.S @ motion)
         motion[-n:] += overlap
         with bar_of(flag("progress", progress), "recovery"):
-            u, r = self._recovery.displacements(R.T @ force, lift, motion)
+            u, r = self._recovery.displacements(R.T @ left, motion)
         if gap is not None:
             warn_of_open_nodes(w, r, float(np.abs(u).max()))
-        u = parts.tied @ (R @ u + D @ force)
-        moved = {name: frozen(u[parts.rows[first : first + parts.bodies[name].mesh.p.shape[1]]].T) for name, first in parts.first_node.items()}
+        u = parts.tied @ (R @ u + D @ left + moved)
+        shifts = {name: frozen(u[parts.rows[first : first + parts.bodies[name].mesh.p.shape[1]]].T) for name, first in parts.first_node.items()}
         expansions = [(amplitude, part) for name, amplitude in amplitudes.items() for part in self.loads[name] if isinstance(part, Expansion)]
-        tensors = {name: strain_and_stress(name, body, parts.kinematics, moved[name], expansions) for name, body in parts.bodies.items()}
+        tensors = {name: strain_and_stress(name, body, parts.kinematics, shifts[name], expansions) for name, body in parts.bodies.items()}
         strain, stress = ({name: both[i] for name, both in tensors.items()} for i in (0, 1))
         q, p, v, w = map(frozen, (*parted(r, d), v, w))
-        return BodyFields(moved, stress, strain, q, p, v, w, parts.bodies, self.units, parts.glued.interface.frames, parts.sides)
+        return BodyFields(shifts, stress, strain, q, p, v, w, parts.bodies, self.units, parts.glued.interface.frames, parts.sides)
 
     def _over(self, steady: Steady, *, every: bool) -> Iterator[tuple[float, BodyFields, dict[str, Any]]]:
         """The states of a steady cycle, at its corners or all: corners visited since the last one, fields, and status and work at the contact."""
@@ -260,12 +262,11 @@ class ContactModel(Shown, Viewed, Vibrating):
 
     @cached_property
     def _parts(self) -> Assembly:
-        sections = dict.fromkeys((part.body, part.section) for parts in self.loads.values() for part in parts if isinstance(part, BoltPreload))
-        return Assembly(self.bodies, self.supports, self.contacts, sections, self.kinematics or "plane_strain")
+        return Assembly(self.bodies, self.supports, self.contacts, bolts_of(self.loads), self.kinematics or "plane_strain")
 
     @cached_property
     def _cases(self) -> dict[str, tuple[Array, Array, Array]]:
-        """Nodal forces, displacements of moved supports, and overlaps of each load case."""
+        """Nodal forces, displacements that are given, and overlaps of each load case."""
         return {name: self._parts.case(f"loads[{name!r}]", parts) for name, parts in self.loads.items()}
 
     @cached_property

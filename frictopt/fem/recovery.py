@@ -249,16 +249,16 @@ class Viewed(Plotted):
 
 
 class Recovery:
-    """The factorisation that gives displacements of a model back, `u = lift + T y + D z` with the relative motions z."""
+    """The factorisation that gives displacements of a model back, `u = T y + D z` with the relative motions z."""
 
     def __init__(self, parts: Assembly) -> None:
         K, (T, front) = parts.glued.K, fronts(parts.glued)
         self._K, self._T, self._drive = K, T[:, front >= 0], T[:, front < 0]
         self._elimination = eliminated(parts.glued, csr_matrix(self._T.T @ K @ self._T), self._T, front[front >= 0], keep=True)
 
-    def displacements(self, force: Array, lift: Array, z: Array) -> tuple[Array, Array]:
-        """(size,) displacements under forces, displacements `lift` of moved supports, and relative motions z (d N,); and reactions (d N,)."""
-        u = lift + self._drive @ z
+    def displacements(self, force: Array, z: Array) -> tuple[Array, Array]:
+        """(size,) displacements under forces, and relative motions z (d N,); and reactions (d N,)."""
+        u = self._drive @ z
         for _ in range(2):  # the second time takes away the rounding of the first
             u += self._T @ self._elimination.solve(self._T.T @ (force - self._K @ u))
         return u, np.asarray(self._drive.T @ (self._K @ u - force))

@@ -1,4 +1,4 @@
-"""What a transient starts from: residual slips and earlier states, overloads, and the load steps of a protocol."""
+"""What a transient starts from: residual slips and earlier states, overloads, tightened bolts, and the load steps of a protocol."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ from ..errors import ModelError
 from ..limits import ShakedownLimit, safe_slip, safe_vertices, shakedown_limit
 from ..transients.begin import Transient
 from ..transients.march import path_of
+from .tightening import tightened
 
-__all__ = ["LoadStep", "Start", "assembled_slip", "given_slips", "no_slip", "overloads", "random_slips", "safe_slips", "safe_vertices"]
+__all__ = ["LoadStep", "Start", "assembled_slip", "given_slips", "no_slip", "overloads", "random_slips", "safe_slips", "safe_vertices", "tightened"]
 
 
 def __dir__() -> list[str]:
@@ -259,8 +260,7 @@ class LoadStep:
             Not a contact system, load cases that it does not have, or a bad load factor.
         """
         load_factor = finite_number("load_factor", load_factor, least=0.0)
-        checked_system(system)
-        return joined(*system.reaction(self.loads)) + load_factor * joined(*system.reaction(self.cyclic))
+        return joined(*checked_system(system).reaction(self.loads)) + load_factor * joined(*system.reaction(self.cyclic))
 
 
 def assembled_slip(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, steps: int | None = None) -> Array:

@@ -1,8 +1,9 @@
-"""A steady cycle contact by contact: how much of it slips or opens, its work of friction, and the forces through it at the corners."""
+"""A steady cycle contact by contact: how much of it slips or opens, its work, and the forces through it at the corners; and bolt by bolt."""
 
 import numpy as np
 
 from ..contact import CONDENSATION, SIMULTANEOUS, Array, Booleans, Table, frame
+from ..errors import ModelError
 from .fretting import axes_of, slip_ways
 from .trajectory import Trajectory
 
@@ -42,3 +43,19 @@ def _shear(member: Array, frames: Array, q: Array) -> Array:
     first = frames[member.argmax(axis=1)]  # (contacts, 2, 2), those of the first node
     turns = np.array([np.abs(frames[own > 0] - one).max() > CONDENSATION for own, one in zip(member, first, strict=True)])
     return np.asarray(np.where(turns, np.linalg.norm(resultant, axis=1), np.einsum("cd,cd->c", resultant, first[:, 0])))
+
+
+def tensions(states: Trajectory) -> Table:
+    """What locked bolts carry in the states of a steady cycle, see `SteadyState.bolt_table`."""
+    bolts = states.system.bolts
+    if not bolts:
+        raise ModelError("system: it has no locked bolt; give the model a BoltPreload(..., locked=True)")
+    tension = np.array([states.tension(bolt) for bolt in bolts])
+    low, high = tension.min(axis=1), tension.max(axis=1)
+    columns = {
+        "bolt": [*bolts],
+        "force": [force for force, _ in bolts.values()],
+        "tension_mean": (high + low) / 2,
+        "tension_amplitude": (high - low) / 2,
+    }
+    return frame(columns, units=states.system.units)

@@ -163,9 +163,9 @@ def path_of(system: ContactSystem, *asked: Any, steps: int | None = None, engine
     return ExactPath(system, *asked) if way == "path" else SteppedPath(way, steps, system, *asked)
 
 
-def mean_state(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> ContactState:
+def mean_state(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, steps: int | None = None) -> ContactState:
     """Slip and gap once the mean load has come, from no slip: followed exactly in the plane, by Newton's increments in space; errors of `march`."""
-    path = path_of(system, cycle, friction, 0.0).start()
+    path = path_of(system, cycle, friction, 0.0, steps=steps).start()
     slip, _ = parted(path.state.u, system.tangents + 1)
     return ContactState(slip, _gap(path), *system.reaction(cycle.mean), next_loads=cycle.corner_names[0])
 

@@ -13,7 +13,7 @@ from ..contact import SAME_STATE, ContactState, ContactSystem, LoadCycle, Outcom
 from ..contact.checks import Array, Booleans, finite_number, frozen, whole_number
 from ..contact.tolerances import COUNTS
 from ..errors import ModelError, SolverError
-from .by_contact import contact_table
+from .by_contact import contact_table, tensions
 from .fretting import ENDS_NOTE, fretting_table, worst_planes
 from .march import amplitudes_at, march
 from .trajectory import LoadLoop, Trajectory
@@ -191,6 +191,19 @@ class SteadyState(Recorded, Plotted):
         [{'nodes': 4, 'slipping': 0.25, 'work': 1.0, 'P_0': 4.0, 'Q_0': -1.0, 'Q_1': 1.0, 'fP_0': 2.0}]
         """
         return contact_table(self.states(), self.slipping, self.open, self.dissipation_per_node)
+
+    def bolt_table(self) -> Table:
+        """What locked bolts carry over the steady cycle: one row for each.
+
+        Columns are bolt, its load case; force, that of its `BoltPreload`; tension_mean, the middle of the range of its tension; and
+        tension_amplitude, half of that range, which fatigue of bolts is judged by. In increments the range is that of their ends.
+
+        Raises
+        ------
+        ModelError
+            No locked bolt, a system without `compliance`.
+        """
+        return tensions(self.states())
 
     def fretting_table(
         self,

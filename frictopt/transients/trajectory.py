@@ -215,6 +215,16 @@ class Trajectory(Kept, Plotted):
         """
         return frozen(self.system.displacements(self.amplitudes, self.slip, self.gap)[:, self._case(case)])
 
+    def tension(self, case: str) -> Array:
+        """(T,) tension of the locked bolt of a load case, force, see `ContactSystem.tension`; NaN where amplitudes are not known.
+
+        Raises
+        ------
+        ModelError
+            A load case of no locked bolt, a system without `compliance`.
+        """
+        return frozen(self.system.tension(case, self.amplitudes, self.slip, self.gap))
+
     def loop(self, case: str) -> LoadLoop:
         """The loop of a load case over all states at which its amplitude is known.
 
