@@ -128,7 +128,7 @@ FAULTS = (
     Fault("histories/tightening.py", "the glued bodies tell the shortening", "found = root(missing, shares,",
           "found = root(lambda x: x - shares, shares,", "locked_bolts"),
     Fault("histories/tightening.py", "a section that stays open is let pass", "[k]) >= 0:", "[k]) >= 1e9:", "locked_bolts"),
-    Fault("transients/outcome.py", "the range of a tension is its amplitude", "(high - low) / 2", "high - low", "locked_bolts"),
+    Fault("transients/by_contact.py", "the range of a tension is its amplitude", "(high - low) / 2", "high - low", "locked_bolts"),
     Fault("fem/bolts.py", "faces of a bolt do not follow", "follows[far] = rows[cut.near]", "follows[far] = far", "bolts"),
     Fault("fem/faces.py", "hat functions are their own duals", 'psi = np.einsum("mab,mb->ma", duals[overlaps.facet], phi)', "psi = phi",
           "contact_model any_contact mortar_space"),
