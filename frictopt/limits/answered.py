@@ -15,6 +15,7 @@ import pandas as pd
 
 from ..contact import ContactState, ContactSystem, LoadCycle, Plotted, Recorded, SolveRecord, components, frame, joined, lengths, parted, places
 from ..contact.checks import Array, Booleans, Integers, frozen
+from ..contact.diagnosis import counted
 from ..contact.tolerances import RESIDUAL
 from ..solve.problem import Duals, Explained, duals
 from .question import Question
@@ -174,12 +175,7 @@ class Answered(Recorded, Plotted):
     @property
     def _opened(self) -> str:
         """How many nodes are open, by contact, as the beginning of a reason."""
-        opened, names = int(self.open.sum()), self.system.contact
-        if names is None or not opened:
-            return f"with {opened} of {self.system.nodes} nodes open: " if opened else ""
-        each = [(name, np.asarray(names) == name) for name in dict.fromkeys(names)]
-        counts = [f"{name} {int(self.open[on].sum())} of {int(on.sum())}" for name, on in each if self.open[on].any()]
-        return f"with {opened} of {self.system.nodes} nodes open ({', '.join(counts)}): "
+        return f"with {counted(self.system, self.open)}: ".replace("nodes", "nodes open", 1) if self.open.any() else ""
 
     @property
     def state(self) -> ContactState | None:
