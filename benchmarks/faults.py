@@ -20,6 +20,7 @@ _WITNESS = "limit_checks guaranteed guaranteed_zero"
 _DOOR = "condense condense_matrices contact_model punch"
 FAULTS = (
     # contact
+    Fault("contact/diagnosis.py", "all contacts are counted as the first one", "[(name, names == name)", "[(name, names == names[0])", "diagnosis"),
     Fault("contact/diagnosis.py", "nodes that the others pull open stay closed", "w > 0, left < -CONDENSATION)", "w > 0, False)", "diagnosis"),
     Fault("contact/coulomb.py", "the initial gap does not count", "(v, w - system.gap), (q, p)", "(v, w), (q, p)",
           "referee"),

@@ -1,8 +1,8 @@
 """
-Stiffness and damping of a joint
-================================
+The backbone curve of a joint
+=============================
 
-A load shakes a joint. Its stiffness falls and its damping grows with the amplitude, and both depend on what assembly has left.
+A load shakes a joint. Work of friction and slipping share grow with the amplitude, stiffness falls, and damping depends on what assembly has left.
 With the load of a mode (`modal_load`) and its `natural_frequency` the curve has the frequency, too.
 """
 
@@ -12,9 +12,16 @@ import frictopt as fo
 
 system = fo.scenes.PunchOnHalfPlane(elements=16).condense()
 cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": 1.0}, {"sigma": -1.0}])
-curve = fo.backbone_curve(system, cycle, friction=0.6, load_factors=np.geomspace(0.3, 4.0, 8))
+curve = fo.backbone_curve(system, cycle, friction=0.6, load_factors=np.geomspace(0.3, 4.0, 8), range=True)
 print(curve.to_frame())
 curve.plot()
+
+# %%
+# At which load does a fifth of the contact slip? The answer is the steady state of one transient, at the load that the curve says.
+
+fifth = curve.load_at(slipping=0.2)
+print(fifth.load_factor, fifth.slipping_share)
+print(fifth.by_contact().T)
 
 # %%
 # The loop of the load in one of these steady cycles; its area is the work of friction.

@@ -1,11 +1,14 @@
-"""Frequency and damping of three joints against the amplitude of their load and against friction, and their range over residual slips.
+"""Frequency and damping of three joints against load and friction, with their range over residual slips; and a bolted joint on three meshes.
 
 Run with `python -m studies damping [--quick]`. The joints are plane: the paper's punch on a block that is stretched, the dovetail root of a blade
 that sways, and a lap joint of two plates, pressed together where they overlap and pulled. Load factors are over the shakedown limit, frequencies over
 that of the glued joint, as if the load were that of a mode. The range is that of the steady states that a search finds; others may lie outside.
+
+The bolted joint is in space: two plates, clamped by one bolt, which are pulled to and fro and lift off around it. Its load factors are over the load
+at which the plates slide off. It is followed in two increments from corner to corner.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,9 +17,11 @@ from skfem import MeshQuad
 
 import frictopt as fo
 
+from .design import lap as bolted
 from .progress import each
-from .tables import Study, Table, described, markdown
+from .tables import Row, Study, Table, described, markdown
 
+_BOLTED_FRICTION, _STEPS = 0.3, 2
 _ARM, _THICKNESS = 3.0, 0.5  # of each plate beyond the overlap, over half its length
 
 
@@ -31,10 +36,21 @@ class Parameters:
     ratios: tuple[float, ...] = tuple(round(float(ratio), 6) for ratio in np.geomspace(0.2, 2.5, 12))  # over the shakedown limit
     frictions: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
     friction_ratios: tuple[float, ...] = (0.8, 1.5)
+    meshes: tuple[int, ...] = (18, 24, 30)  # elements along the bolted joint
+    shares: tuple[float, ...] = (0.1, 0.2, 0.3, 0.5, 0.7, 0.9)  # of the load at which its plates slide off
 
 
 FULL = Parameters()
-QUICK = Parameters(punch_elements=2, dovetail_elements=2, lap_elements=3, ratios=(0.3, 0.9, 1.5), frictions=(0.4, 0.7), friction_ratios=(1.5,))
+QUICK = Parameters(
+    punch_elements=2,
+    dovetail_elements=2,
+    lap_elements=3,
+    ratios=(0.3, 0.9, 1.5),
+    frictions=(0.4, 0.7),
+    friction_ratios=(1.5,),
+    meshes=(6, 9),
+    shares=(0.3, 0.9),
+)
 
 
 def lap(elements: int) -> fo.ContactModel:
@@ -94,6 +110,19 @@ def _curve(name: str, joint: tuple[fo.ContactSystem, fo.LoadCycle], f: float, ra
     return rows
 
 
+def meshes(parameters: Parameters) -> Iterator[Row]:
+    """One row for each mesh of the bolted joint and load factor."""
+    cycle = fo.LoadCycle({"bolt 1": 1.0}, [{"pull": 1.0}, {"pull": -1.0}])
+    for elements in parameters.meshes:
+        system = bolted(elements).condense()
+        limit = fo.shakedown_limit(system, cycle, _BOLTED_FRICTION)
+        slides = fo.gross_slip(system, cycle, _BOLTED_FRICTION).load_factor
+        factors = slides * np.array(parameters.shares)
+        curve = fo.backbone_curve(system, cycle, _BOLTED_FRICTION, factors, steps=_STEPS)
+        rows = curve.to_frame().filter(described(_MESHES)).assign(elements=elements, nodes=system.nodes, load_share=parameters.shares)
+        yield rows.assign(shakedown_share=limit.load_factor / slides, open=int(limit.open.sum()), residual=max(limit.residual, curve.residual))
+
+
 _FREQUENCIES = ["frequency", "least_frequency", "most_frequency"]
 _COLUMNS = {
     "guaranteed_ratio": "guaranteed limit over the shakedown limit",
@@ -106,6 +135,16 @@ _COLUMNS = {
     "exponent": "d ln work / d ln load factor, without residual slip",
 }
 BACKBONE = Table("damping_backbone", "one joint at one load factor", _COLUMNS, full=FULL, quick=QUICK, compute=backbones)
+_MESHES = {
+    "elements": "number of elements along the joint",
+    "load_share": "load factor over that at which the plates slide off",
+    "shakedown_share": "shakedown limit over the same",
+    "open": "number of nodes that stay open at the limit",
+    "outcome": "what happens after many cycles",
+    "work": "work of friction per cycle",
+    "slipping": "share of the area of the contact that slips in the steady cycle",
+    "slip_range": "largest distance of two slips of a node",
+}
 FRICTION = Table("damping_friction", "one joint at one friction and load factor", _COLUMNS, full=FULL, quick=QUICK, compute=by_friction)
 
 
@@ -116,7 +155,19 @@ def summary(tables: Mapping[str, pd.DataFrame]) -> str:
         worst = table.loc[(table["most_damping"] - table["least_damping"]).idxmax()]
         band = f"{100 * worst['least_damping']:.2g} to {100 * worst['most_damping']:.2g} % at {worst['load_ratio']:.2f}"
         rows.append([str(name), f"{table['guaranteed_ratio'].iloc[0]:.3f}", f"{100 * table['damping'].max():.2g} %", band])
-    return markdown(["joint", "guaranteed over shakedown limit", "largest damping without residual slip", "widest range, and where"], rows)
+    said = markdown(["joint", "guaranteed over shakedown limit", "largest damping without residual slip", "widest range, and where"], rows)
+    return f"{said}\n\n{_on_meshes(tables[MESHES.name])}"
 
 
-STUDY = Study(__name__, __doc__, "coarse meshes and few amplitudes, in seconds", (BACKBONE, FRICTION), summary)
+def _on_meshes(table: pd.DataFrame) -> str:
+    """How far the limit, work and slipping share of the bolted joint differ from mesh to mesh."""
+    rows, meshes = [], table.groupby("elements")
+    for share, of_load in table.groupby("load_share"):
+        rows.append([f"{share:g}", *(", ".join(f"{value:.3g}" for value in of_load[name]) for name in ("work", "slipping"))])
+    limits = ", ".join(f"{value:.2g}" for value in meshes["shakedown_share"].first())
+    said = f"The bolted joint with {', '.join(map(str, meshes.groups))} elements: shakedown limit {limits} of the load at which the plates slide off."
+    return f"{said}\n\n{markdown(['load over that', 'work per cycle', 'share that slips'], rows)}"
+
+
+MESHES = Table("backbone_meshes", "the bolted joint on one mesh at one load factor", _MESHES, full=FULL, quick=QUICK, compute=meshes)
+STUDY = Study(__name__, __doc__, "coarse meshes and few amplitudes, in seconds", (BACKBONE, FRICTION, MESHES), summary)

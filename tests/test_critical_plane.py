@@ -111,6 +111,7 @@ def test_the_table_takes_fields_and_the_worst_of_several_cycles():
     both = [fields_of(model, one), fields_of(model, other)]
     first, second = (one.fretting_table(fields=each, side=2) for each in both)
     pd.testing.assert_frame_equal(one.fretting_table(fields=model, side=2), first, rtol=1e-9)
+    assert "from, to: least and largest normal stress" in first.attrs["note"] and "from, to" not in one.fretting_table().attrs["note"]
     worst = one.fretting_table(fields=both, side=2)
     for name in ("SWT", "Findley", "Fatemi_Socie", "Crossland"):
         assert np.array_equal(worst[name], np.maximum(first[name], second[name]))

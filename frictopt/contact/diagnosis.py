@@ -1,15 +1,37 @@
-"""Forces and open nodes of a contact that does not slip, and why a load may grow without end, in words."""
+"""Forces and open nodes of a contact that does not slip, why a load may grow without end, and where nodes are, in words."""
 
 from math import hypot
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from .checks import Array, Booleans
+from .checks import Array, Booleans, Names
 from .coulomb import lengths
 from .system import ContactSystem
 from .tolerances import CONDENSATION
 
 _MOST_SETS = 100  # changes of the set of open nodes
+
+
+def _names(system: ContactSystem) -> Names | None:
+    """(N,) names of the contacts, where there are two or more."""
+    names = system.contact
+    return None if names is None or (names == names[0]).all() else names
+
+
+def in_contact(system: ContactSystem, nodes: ArrayLike) -> str:
+    """The contacts of some nodes, by their numbers, as they follow these in a text: " (head)"; nothing where there is one contact."""
+    names = _names(system)
+    return "" if names is None else f" ({', '.join(dict.fromkeys(names[np.atleast_1d(nodes)].tolist()))})"
+
+
+def counted(system: ContactSystem, which: Booleans) -> str:
+    """How many of all nodes these (N,) are, and of each contact where there are two or more: "4 of 9 nodes (head 3 of 5, nut 1 of 4)"."""
+    names, text = _names(system), f"{int(which.sum())} of {system.nodes} nodes"
+    if names is None:
+        return text
+    each = [(name, names == name) for name in dict.fromkeys(names[which].tolist())]
+    return f"{text} ({', '.join(f'{name} {int(which[own].sum())} of {int(own.sum())}' for name, own in each)})"
 
 
 def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: float) -> str:
@@ -22,15 +44,6 @@ def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: 
         pressed = f"a normal force of {P:.3g} on {int((p[own] > floor).sum())} of {int(own.sum())} nodes"
         texts.append(f"{name} has {pressed} and a shear force of {hypot(*Q):.3g}, of at most f p = {most:.3g}")
     return ", ".join(texts)
-
-
-def counted(system: ContactSystem, which: Booleans) -> str:
-    """How many nodes, of each contact that has some: "24 of 96 nodes (left 22 of 48, right 2 of 48)"."""
-    total = f"{int(which.sum())} of {system.nodes} nodes"
-    if system.contact is None or not which.any():
-        return total
-    each = [(name, np.asarray(system.contact) == name) for name in dict.fromkeys(system.contact)]
-    return f"{total} ({', '.join(f'{name} {int(which[on].sum())} of {int(on.sum())}' for name, on in each if which[on].any())})"
 
 
 def growth_diagnosis(friction: Array, corners: tuple[Array, Array], slipped: tuple[Array, Array], rounding: float) -> str:

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle, bar_of, checked_system, friction_coefficients, joined, parted
 from ..contact.checks import Array, finite_number, flag, frozen, per_node, warns_of_odd_values
+from ..contact.diagnosis import in_contact
 from ..contact.result import Plotted, Recorded, SolveRecord
 from ..errors import ModelError, NoContinuation, SolverError
 from ..transients import SteadyState, steady_state
@@ -295,6 +296,6 @@ def _per_work(system: ContactSystem, friction: ArrayLike, coefficient: ArrayLike
         remedy = "give it the length or area of each node, as `condense(..., width=job.areas(pairs[:, 1]))`"
         raise ModelError(f"system: it has no width, over which volumes worn are depths; {remedy}")
     if (smooth := (f == 0) & (k > 0)).any():
-        where = f"friction: 0 at node {int(smooth.argmax())}, and wear follows from the work of friction"
+        where = f"friction: 0 at node {int(smooth.argmax())}{in_contact(system, smooth.argmax())}, and wear follows from the work of friction"
         raise ModelError(f"{where}; give friction above 0, or a coefficient of 0 there")
     return np.divide(k, f * system.width, out=np.zeros(system.nodes), where=k > 0)

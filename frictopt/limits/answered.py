@@ -175,8 +175,7 @@ class Answered(Recorded, Plotted):
     @property
     def _opened(self) -> str:
         """How many nodes are open, by contact, as the beginning of a reason."""
-        told = counted(self.system, self.open).replace(" nodes", " nodes open", 1)
-        return f"with {told}: " if self.open.any() else ""
+        return f"with {counted(self.system, self.open)}: ".replace("nodes", "nodes open", 1) if self.open.any() else ""
 
     @property
     def state(self) -> ContactState | None:

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from ..contact import Array, LimitKind, components, finite_number, frame, frozen, places
+from ..contact.diagnosis import in_contact
 from ..errors import ModelError
 from .answered import Rated
 from .critical_search import LEFT_OUT, NodeClaim
@@ -206,7 +207,8 @@ def _why(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, coi
         any_load = "" if best.above is None else f" at any load factor next above {least:.6g}"
         bounds, unloaded = _bounds(best, shakedown._task.cycle.corner_names), _unloaded(best) * (not shakedown._task.fixed)
         wedged = _WEDGED * _wedges(shakedown, best.state.node)
-        return f"{shakedown._opened}node {best.state.node} is {bounds}{any_load}{under}{unloaded}{wedged}{alone}"
+        where = in_contact(shakedown.system, best.state.node)
+        return f"{shakedown._opened}node {best.state.node}{where} is {bounds}{any_load}{under}{unloaded}{wedged}{alone}"
     if shakedown.kind is not LimitKind.FINITE:
         return shakedown.reason + alone
     why = "the contact is uncoupled (B = 0)" if uncoupled else "no node is critical below it"

@@ -5,6 +5,7 @@ from contextlib import suppress
 import numpy as np
 
 from ..contact import RESIDUAL, Array, Booleans, ContactSystem, LoadCycle
+from ..contact.diagnosis import in_contact
 from ..errors import ModelError, NoContinuation
 from .question import Question
 
@@ -34,6 +35,5 @@ def border(system: ContactSystem, opened: Booleans, node: int, p: Array) -> str:
     pressure = p.min(axis=0) / (1.0 if system.width is None else system.width)
     if opened[node] or apart[opened].min(initial=np.inf) > _BESIDE * apart.min() or pressure[node] > pressure[~opened].mean():
         return ""
-    return (
-        f"; node {node} beside the open ones rules, where pressure falls to zero: the limit belongs to the mesh, and falls as elements shrink there"
-    )
+    where = f"node {node}{in_contact(system, node)} beside the open ones"
+    return f"; {where} rules, where pressure falls to zero: the limit belongs to the mesh, and falls as elements shrink there"

@@ -24,6 +24,7 @@ from ..contact import (
     reactions,
 )
 from ..contact.checks import flag, per_node
+from ..contact.diagnosis import in_contact
 from ..errors import ModelError
 from .compliance import compliance
 
@@ -270,8 +271,9 @@ def pose(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, simpli
     task = Question(system, cycle, f, most, none, flag("simplify", simplify))
     held = np.linalg.norm(task.r0[:, :-1], axis=1)
     if held.max() > _MOST_SHEAR * task.force:
+        node = int(held.max(axis=0).argmax())
         raise ModelError(
-            f"mean: its shear force at node {int(held.max(axis=0).argmax())} is {held.max() / task.force:.1e} times the mean normal force "
+            f"mean: its shear force at node {node}{in_contact(system, node)} is {held.max() / task.force:.1e} times the mean normal force "
             f"{task.force:.3g}, and rounding of the one hides the other; press the contact, or check the units of the load cases"
         )
     return task

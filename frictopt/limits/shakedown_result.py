@@ -11,6 +11,7 @@ import pandas as pd
 
 from ..contact import LimitKind, frame, lengths
 from ..contact.checks import Array, finite_number, frozen
+from ..contact.diagnosis import in_contact
 from ..contact.tolerances import ROUNDING
 from ..errors import ModelError, SolverError
 from ..solve.compiled import Proof
@@ -91,11 +92,12 @@ class ShakedownLimit(Rated):
             more += unscaled_diagnosis(task.system, task.cycle, task.friction)
         if not self.load_factor > 0:
             node, above = self._ruling, " above 0" * (self.kind is LimitKind.FINITE)
+            where = in_contact(task.system, node)
             sheared, single = self._motion.size[:, node].max() > ROUNDING * np.abs(self._motion.moves).max(), set(self.mechanism["node"]) == {node}
             if above and task.friction[node] == 0 and sheared:
-                more = f"node {node} has no friction, and the cyclic load shears it"
+                more = f"node {node}{where} has no friction, and the cyclic load shears it"
             elif above and single and np.abs(task.r0[:, -1, node]).max() <= ROUNDING * task.force:
-                more = f"node {node} carries no pressure under the mean load, and the cyclic load {'shears' if sheared else 'lifts'} it"
+                more = f"node {node}{where} carries no pressure under the mean load, and the cyclic load {'shears' if sheared else 'lifts'} it"
             return f"{self._opened}no {slip} is safe at any load factor{above}{task.pattern}: {more}{self._border}"
         if least > 0:
             alone = f"{task.pattern[1:]} " * growth  # else it is said with the limit
@@ -180,7 +182,7 @@ class ShakedownLimit(Rated):
         if task.give is not None:
             return border(task.system, task.open, node, self.reactions[1])
         pulled = self._rated and task.r0[:, -1, node].max() < 0
-        return f"; residual slip alone presses node {node}, which rules" if pulled else ""
+        return f"; residual slip alone presses node {node}{in_contact(task.system, node)}, which rules" if pulled else ""
 
     @cached_property
     def mechanism(self) -> pd.DataFrame:

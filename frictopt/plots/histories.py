@@ -79,7 +79,8 @@ def _backbone_curve(curve: BackboneCurve, ax: AxesArray | None = None) -> AxesAr
     known, look = bool(np.isfinite(curve.stiffness).any()), {name: series(0)[name] for name in ("color", "marker")}
     work, share, *more = panels = new_axes(ax, 4 if known else 2, (6.4, 9.0 if known else 5.4))
     work.plot(curve.load_factor, np.where(curve.work > 0, curve.work, np.nan), **look)
-    work.set(yscale="log", ylabel="work of friction per cycle\n(force times length)")
+    per_depth = " per depth" if curve.system.tangents == 1 else ""
+    work.set(yscale="log", ylabel=f"work of friction per cycle\n(force times length{per_depth})")
     for number, (name, rows) in enumerate(curve.by_contact.groupby("contact", sort=False)):
         share.plot(rows["load_factor"], rows["slipping"], **line(number), label=name)
     if curve.by_contact["contact"].nunique() > 1:
@@ -105,7 +106,7 @@ def _backbone_curve(curve: BackboneCurve, ax: AxesArray | None = None) -> AxesAr
             more[0].axhline(curve.natural_frequency, color=GREY, lw=0.6, zorder=0, label="glued contact")
         more[0].set_ylabel("frequency (cycles per time)" if mode else "stiffness\n(load factor over displacement)")
         more[1].set_ylabel(r"damping ratio $\zeta$")
-        legend(more[0])
+    legend(more[0] if known else work)
     last = panels[-1]
     last.set_xlabel(r"load factor $\lambda$")
     low, high = last.get_xlim()

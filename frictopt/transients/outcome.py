@@ -116,8 +116,9 @@ class SteadyState(Recorded, Plotted):
         return "newton" if self.steps else "path"
 
     def to_frame(self) -> Table:
-        """The DataFrame of the nodes: columns node, x, slip, open, dissipation (work of friction per cycle); in space x, y, z, slip1, slip2."""
-        columns = {"node": range(len(self.gap)), **places(self.system), **components("slip", self.slip), "open": self.open}
+        """The DataFrame of the nodes: columns node, contact (if named), x (x, y, z), slip (slip1, slip2), open, dissipation (work per cycle)."""
+        names = {} if self.system.contact is None else {"contact": self.system.contact}
+        columns = {"node": range(len(self.gap)), **names, **places(self.system), **components("slip", self.slip), "open": self.open}
         return frame({**columns, "dissipation": self.dissipation_per_node}, units=self.system.units)
 
     @property

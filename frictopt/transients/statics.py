@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contact import Array, ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, joined, lengths
-from ..contact.diagnosis import open_nodes, settled
+from ..contact.diagnosis import counted, in_contact, open_nodes, settled
 from ..contact.tolerances import CONDENSATION, COUNTS, RIGID, ROUNDING
 from ..errors import NoContinuation, SolverError
 
@@ -142,7 +142,7 @@ class Statics:
         phi, load = (values.reshape(-1, n) for values in (phi, load))
         sizes = np.linalg.norm(phi[:-1], axis=0)
         moves = np.abs(phi).max(axis=0) > COUNTS * np.abs(phi).max()
-        where, mean = "" if moves.all() else f" at {int(moves.sum())} of {n} nodes", float(sizes[moves].mean())
+        where, mean = "" if moves.all() else f" at {counted(self._system, moves)}", float(sizes[moves].mean())
         demand, holds = (float(part) / (mean or 1.0) for part in (-np.sum(phi[:-1] * load[:-1]), phi[-1] @ load[-1]))
         if mean <= COUNTS * np.abs(phi).max() or demand <= 0 or holds < -COUNTS * demand:
             return f"the body lifts off or turns over{where}: no pressure with friction up to f p balances {name}; hold it, or press it"
@@ -226,8 +226,10 @@ def _opens(system: ContactSystem, p: Array, floor: float) -> str:
 
 
 def _share(system: ContactSystem, which: np.ndarray) -> str:
-    """Number and positions of the nodes, as a text."""
+    """Number and contacts of the nodes, or where there is one contact their positions, as a text."""
     numbers = np.flatnonzero(which)
+    if in_contact(system, numbers):
+        return counted(system, np.asarray(which))
     if system.tangents == 2:
         low, high = (pick(system.points[numbers], axis=0) for pick in (np.min, np.max))
         where = (f"{name} = {a:.4g}" + (f" .. {b:.4g}" if b > a else "") for name, a, b in zip("xyz", low, high, strict=True))

@@ -241,13 +241,14 @@ class Trajectory(Kept, Plotted):
         return list(self.system.bonded).index(choice("case", case, self.system.bonded))
 
     def to_frame(self) -> Table:
-        """The DataFrame of all states and nodes: columns state, time, node, x, slip, gap, q, p, status, work; in space y, z, slip1 ..
+        """The DataFrame of all states and nodes: columns state, time, node, contact, x, slip, gap, q, p, status, work; in space y, z, slip1 ..
 
-        Statuses are words: "stick", "slip", "open"; in the plane "slip+" along the tangent and "slip-" against it.
+        Statuses are words: "stick", "slip", "open"; in the plane "slip+" along the tangent and "slip-" against it. Contact is there if known.
         """
         states, nodes = self.gap.shape
         state, node = np.repeat(np.arange(states), nodes), np.tile(np.arange(nodes), states)
-        columns = {"state": state, "time": self.time[state], "node": node} | {name: place[node] for name, place in places(self.system).items()}
+        named = places(self.system) if self.system.contact is None else {"contact": self.system.contact, **places(self.system)}
+        columns = {"state": state, "time": self.time[state], "node": node} | {name: values[node] for name, values in named.items()}
         for name in ("slip", "gap", "q", "p"):
             columns |= components(name, getattr(self, name).reshape(states * nodes, *self.system.slip_shape[1:] if name in ("slip", "q") else ()))
         return frame({**columns, "status": self._words.ravel(), "work": self.work.ravel()}, units=self.system.units)

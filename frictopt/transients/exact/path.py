@@ -3,6 +3,7 @@
 import numpy as np
 
 from ...contact import RESIDUAL, Array, Booleans, LoadCycle, checked_plane, off_law
+from ...contact.diagnosis import in_contact
 from ...contact.history import turning_points
 from ...errors import NoContinuation
 from ..begin import Cycle, Transient
@@ -130,17 +131,18 @@ class ExactPath(Transient):
 
         problem = rate_problem(self._S, self.friction, load_rate, self.state, self.scales.mean)
         solutions = Solutions([], False) if problem.floating else find_rates(problem, self.state.status)
-        nodes, free = sorted(set(problem.node.tolist())), "the contact slides or opens freely"
+        numbers, free = sorted(set(problem.node.tolist())), "the contact slides or opens freely"
+        nodes = f"nodes {numbers}{in_contact(self.system, numbers)}"
         if problem.floating:
             why = free
         elif again:
-            why = f"the statuses of nodes {nodes} change without end"
+            why = f"the statuses of {nodes} change without end"
         elif not solutions.found:
             proof = "no rates obey the law" if solutions.complete else "no rates that obey the law were found"
-            why = f"{proof}; nodes {nodes} are at their bounds and would jump"
+            why = f"{proof}; {nodes} are at their bounds and would jump"
         elif len(solutions.found) > 1:
-            both = " or ".join(str([int(status[node]) for node in nodes]) for status, _ in solutions.found)
-            why = f"two sets of rates obey the law: nodes {nodes} may take the statuses {both}"
+            both = " or ".join(str([int(status[node]) for node in numbers]) for status, _ in solutions.found)
+            why = f"two sets of rates obey the law: {nodes} may take the statuses {both}"
         elif not set_statuses(self._S, self.friction, self.state, self._active, solutions.found[0][0]):
             why = f"{free}, its rates are not unique"
         else:
