@@ -609,7 +609,7 @@ FAULTS = (
           "error.add_note(f\"{what}: {kept[2]}\")\n", "progress dissipation_study"),
     Fault("contact/progress.py", "an interrupt keeps nothing", "setattr(error, kept[0], kept[1])", "kept[0]", "progress dissipation_study"),
     Fault("contact/progress.py", "a bar within a silent one is shown", "and all(bar.shown for bar in outer)", "", "progress"),
-    Fault("contact/progress.py", "each bar keeps what it has", "if keeps and not any(one.keeps for one in outer) and", "if keeps and", "progress"),
+    Fault("contact/progress.py", "each bar keeps what it has", "not any(one.keeps and one.keeps(error) for one in outer)", "True", "progress"),
     Fault("histories/runs.py", "an interrupt loses what tasks at work have finished", 'getattr(error, "rows", [])', "[]", "dissipation_store"),
     Fault("histories/protocols.py", "undecided counts as rest", "return UNDECIDED if UNDECIDED in answers else REST", "return REST", "protocols"),
     Fault("histories/protocols.py", "rest above counts for nothing", "> self.upper,", "> np.inf,", "protocols"),

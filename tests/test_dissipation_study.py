@@ -213,6 +213,10 @@ def test_progress_of_a_short_study_is_silent_but_on_a_terminal(contact, factors,
     ({"friction": stats.norm(0.5, 0.01)}, "rng: None"),
     ({"shard": (4, 3)}, "shard k: 4"),
     ({"shard": (1, 2, 3)}, "shard: "),
+    ({"cycle": {}}, "cycle: empty; give a LoadCycle, or label"),
+    ({"cycle": {"": CYCLE}}, "cycle: label ''; give a printable text"),
+    ({"cycle": {"slow": {"corners": []}}}, r"cycle\['slow'\]: a dict; give a LoadCycle"),
+    ({"cycle": [CYCLE]}, "cycle: a list; give a LoadCycle"),
 )
 def test_bad_input_is_refused_by_name(change, contact):
     values = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": [0.5]} | change
@@ -300,3 +304,53 @@ def test_futures_that_cannot_be_cancelled_are_futures(contact, factors, table, m
     monkeypatch.setattr(Future, "cancel", no)
     other = fo.dissipation_study(contact, CYCLE, 0.4, factors, executor=Foreign(Future.set_result))
     assert other.dissipation.tolist() == table.dissipation[table.family == "none"].tolist()
+
+
+SLOW, FAST = fo.LoadCycle({"mean": 1.0}, [{"cyclic": -0.5}, {"cyclic": 1.0}]), fo.LoadCycle({"mean": 1.5}, [{"cyclic": -1.0}, {"cyclic": 1.0}])
+
+
+@pytest.fixture
+def both(contact, factors):
+    """A study of two load cycles."""
+    return fo.dissipation_study(contact, {"slow": SLOW, "fast": FAST}, [0.4, 0.6], factors)
+
+
+def test_load_cycles_are_an_axis_between_friction_and_load(contact, factors, both):
+    parts = [fo.dissipation_study(contact, cycle, friction, factors) for friction in (0.4, 0.6) for cycle in (SLOW, FAST)]
+    for part, (number, label) in zip(parts, [(0, "slow"), (0, "fast"), (1, "slow"), (1, "fast")], strict=True):
+        mine = both[(both["friction_number"] == number) & (both["cycle"] == label)]
+        assert (part["cycle"] == "").all() and len(mine) == len(factors)
+        left = ["friction_number", "cycle", "seconds"]
+        pd.testing.assert_frame_equal(mine.drop(columns=left).reset_index(drop=True), part.drop(columns=left), check_exact=True)
+    assert both["cycle"].tolist() == 2 * (3 * ["slow"] + 3 * ["fast"])
+    assert both.groupby("cycle")["shakedown_limit"].nunique().to_dict() == {"slow": 2, "fast": 2}
+
+
+def test_a_store_knows_the_load_cycles_by_label_and_content(contact, factors, both, tmp_path, monkeypatch):
+    parts = [tmp_path / f"part{k}" for k in (1, 2)]
+    for k, part in enumerate(parts, start=1):
+        fo.dissipation_study(contact, {"slow": SLOW, "fast": FAST}, [0.4, 0.6], factors, store=part, shard=(k, 2))
+    assert merge_stores(tmp_path / "whole", parts) == len(both)
+    kept = fo.results.read_store(tmp_path / "whole")
+    assert kept.groupby("cycle").size().to_dict() == {"slow": 6, "fast": 6} and kept.groupby("cycle")["loads"].nunique().to_dict() == {
+        "slow": 1,
+        "fast": 1,
+    }
+    monkeypatch.setattr(runs, "steady_state", lambda *_args, **_options: pytest.fail("followed again"))
+    again = fo.dissipation_study(contact, {"slow": SLOW, "fast": FAST}, [0.4, 0.6], factors, store=tmp_path / "whole")
+    pd.testing.assert_frame_equal(results(again), results(both), check_exact=True)
+    renamed = fo.dissipation_study(contact, {"new": FAST}, 0.4, factors, store=tmp_path / "whole")
+    assert renamed["cycle"].tolist() == 3 * ["new"] and renamed["dissipation"].tolist() == both["dissipation"][3:6].tolist()
+    assert fo.dissipation_study(contact, FAST, 0.4, factors, store=tmp_path / "whole")["cycle"].tolist() == 3 * [""]
+    with pytest.raises(fo.StoreError, match="whole' has runs of another load cycle under the label 'slow'; give one of them another label"):
+        fo.dissipation_study(contact, {"slow": FAST}, 0.4, factors, store=tmp_path / "whole")
+
+
+def test_stores_of_different_load_cycles_under_one_label_are_not_merged(contact, tmp_path):
+    for name, cycle in (("one", SLOW), ("two", FAST)):
+        fo.dissipation_study(contact, {"same": cycle}, 0.4, [0.5], store=tmp_path / name)
+    with pytest.raises(fo.StoreError, match="two' has another load cycle under the label 'same'"):
+        merge_stores(tmp_path / "whole", [tmp_path / "one", tmp_path / "two"])
+    with pytest.raises(fo.StoreError, match="one' has runs of another load cycle under the label 'same'"):
+        merge_stores(tmp_path / "one", [tmp_path / "two"])
+    assert len(fo.results.read_store(tmp_path / "one")) == 1

@@ -206,7 +206,7 @@ CALLS = {
         r"dissipation range: \d+ transients, 00:\d\d, work from 0 to 0\.04",
     ),
     "wear": (worn, "wear", 3, "history", lambda history: len(history.depth) == 4, r"wear: \d+ jumps, 00:\d\d, \S+ cycles, \S+ deep so far"),
-    "worn in": (lambda **o: fo.worn_in(*WORN, **o), "steady state", 1, "depth", lambda h: (h == fo.worn_in(*WORN).depth).all(), r"worn in: 00:\d\d"),
+    "worn in": (lambda **o: fo.worn_in(*WORN, **o), "steady state", 2, "depth", lambda h: (h == fo.worn_in(*WORN).depth).all(), r"worn in: 00:\d\d"),
     "steady state": (
         lambda **o: fo.steady_state(PAIR, CYCLE, 0.6, 0.9, **o),
         "steady state",

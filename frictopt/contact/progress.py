@@ -108,7 +108,7 @@ def bar_of(
             _tell_of(bar, at_once)
         yield bar
     except on as error:  # no class of its own: the exit status stays Python's
-        if keeps and not any(one.keeps for one in outer) and (kept := keeps(error)):
+        if keeps and not any(one.keeps and one.keeps(error) for one in outer) and (kept := keeps(error)):
             setattr(error, kept[0], kept[1])
             error.add_note(f"{what}: {kept[2]}")
         raise

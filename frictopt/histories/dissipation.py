@@ -15,7 +15,19 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..contact import ContactSystem, LoadCycle, bar_of, checked_cycle, checked_system, friction_coefficients
-from ..contact.checks import LARGEST_SEED, Array, finite_array, finite_numbers, flag, frozen, listed, shown, warns_of_odd_values, whole_number
+from ..contact.checks import (
+    LARGEST_SEED,
+    Array,
+    check_text,
+    finite_array,
+    finite_numbers,
+    flag,
+    frozen,
+    listed,
+    shown,
+    warns_of_odd_values,
+    whole_number,
+)
 from ..errors import ModelError, SolverError, StoreError
 from ..limits import ShakedownLimit, shakedown_limit
 from .runs import Case, Run, execute
@@ -23,8 +35,8 @@ from .starts import Start, given_slips, no_slip
 from .store import FAILED, TYPES, Row, Store
 
 _COLUMNS = (
-    "friction friction_std friction_number load_factor load_ratio shakedown_limit start family seed amplitude outcome dissipation dissipation_scaled "
-    "first_cycle largest_share cycles slipping open residual engine seconds error"
+    "friction friction_std friction_number cycle load_factor load_ratio shakedown_limit start family seed amplitude outcome dissipation "
+    "dissipation_scaled first_cycle largest_share cycles slipping open residual engine seconds error"
 ).split()
 _TYPES = {"seed": "Int64", "friction_number": "int64", "family": "str", **TYPES}
 
@@ -32,7 +44,7 @@ _TYPES = {"seed": "Int64", "friction_number": "int64", "family": "str", **TYPES}
 @warns_of_odd_values
 def dissipation_study(
     system: ContactSystem,
-    cycle: LoadCycle,
+    cycle: LoadCycle | Mapping[str, LoadCycle],
     friction: object,
     load_factors: Iterable[float],
     starts: Sequence[Start] | ArrayLike | None = None,
@@ -43,15 +55,17 @@ def dissipation_study(
     store: str | os.PathLike[str] | None = None,
     progress: bool = True,
 ) -> pd.DataFrame:
-    """Follow a transient to its steady state at every friction and load factor and from every start (Flicek et al. 2015, section 5).
+    """Follow a transient to its steady state at every friction, load cycle and load factor, from every start (Flicek et al. 2015, section 5).
 
     A run that fails is a row with its error. The executor only changes the column seconds. Ctrl-C stays a KeyboardInterrupt with an attribute
     `table`, that of the finished runs. The store is closed then and holds them too.
 
     Parameters
     ----------
-    system, cycle, load_factors
-        The contact, its load cycle, and load factors, each >= 0.
+    system, load_factors
+        The contact, and load factors, each >= 0.
+    cycle
+        Its load cycle; or several, label -> load cycle, such as one for each preload or phase: they are an axis of the study then.
     friction
         Coefficient of friction; or a list of frictions. Each is a number, (N,) coefficients of the nodes, or a frozen distribution of `scipy.stats`,
         from which each node draws its own coefficient: `[stats.norm(0.5, 0.05)] * 20` is twenty contacts of scattered friction. A flat list of as
@@ -76,9 +90,10 @@ def dissipation_study(
     Returns
     -------
     DataFrame
-        One row for each run, ordered by friction, load factor and start as given. Columns: friction, the number or the mean over the nodes;
-        friction_std, its standard deviation over the nodes; friction_number, its place in the list; load_factor; load_ratio, over the shakedown limit
-        (NaN if that is not finite); shakedown_limit, at this friction (NaN if no solver proves one); start, family, seed, see `Start`; amplitude,
+        One row for each run, ordered by friction, load cycle, load factor and start as given. Columns: friction, the number or the mean over the
+        nodes; friction_std, its standard deviation over the nodes; friction_number, its place in the list; cycle, the label, "" of a single one;
+        load_factor; load_ratio, over the shakedown limit (NaN if that is not finite); shakedown_limit, of this friction and cycle (NaN if no solver
+        proves one); start, family, seed, see `Start`; amplitude,
         root mean square of the initial slip; outcome, the name of an `Outcome`, or "FAILED"; dissipation, work of friction per cycle in the steady
         state; dissipation_scaled, `W E* / P^2` with P the total normal force of the mean load (NaN if `E_star` is not known, and in space);
         first_cycle, work in the first cycle; largest_share, that of the node that dissipates most; cycles followed; slipping and open, numbers of
@@ -90,7 +105,8 @@ def dissipation_study(
     ModelError
         Bad input, or an executor that takes no runs.
     StoreError
-        The store is damaged, is not a store of frictopt, or cannot be written; `table` of the error holds the finished runs.
+        The store is damaged, is not a store of frictopt, has runs of another load cycle under the same label, or cannot be written; once runs have
+        begun, `table` of the error holds the finished ones.
 
     Examples
     --------
@@ -105,22 +121,23 @@ def dissipation_study(
     1          1.0  overload to 1.5  CYCLIC_SLIP          1.0
     """
     fields = friction_fields(friction, checked_system(system).nodes, rng)
-    checked_cycle(cycle)
+    cycles = checked_cycles(cycle)
     factors = finite_numbers("load_factors", load_factors, least=0.0)
     if not factors or len(set(factors)) < len(factors):
         raise ModelError(f"load_factors: {shown(factors)}; give at least one, and each once")
     begins, chosen = checked_starts(starts, system.slip_shape), slice(None) if shard is None else _checked_shard(shard)
     flag("progress", progress)
-    wanted = list(product(range(len(fields)), factors, begins))[chosen]
+    wanted = list(product(range(len(fields)), cycles, factors, begins))[chosen]
     rows: dict[str, Row] = {}
     with nullcontext() if store is None else closing(Store(store)) as file:
         cases = {
-            number: Case(system, cycle, f := fields[number], _limit(system, cycle, f, progress), number)
-            for number in sorted({one[0] for one in wanted})
+            (number, label): Case(system, cycles[label], fields[number], _limit(system, cycles[label], fields[number], progress), number, label)
+            for number, label in dict.fromkeys(one[:2] for one in wanted)
         }
-        runs = [Run(cases[number], factor, start) for number, factor, start in wanted]
+        runs = [Run(cases[number, label], factor, start) for number, label, factor, start in wanted]
         keys = {run.key: run for run in runs}
         if file is not None:
+            file.check_cycles({case.label: case.loads for case in cases.values()})
             rows.update((row["key"], row) for row in file.read().to_dict("records") if row["key"] in keys and row["outcome"] != FAILED)
 
         def keep(found: list[Row], answered: bool) -> None:
@@ -130,28 +147,29 @@ def dissipation_study(
             bar.count = len(rows)
 
         def kept(_: object) -> tuple[str, object, str]:
-            table = _table(system, cycle, runs, rows)
+            table = _table(system, runs, rows)
             known = "" if file is None else f" and in {str(file.path)!r}, from where the same call goes on"
             return "table", table, f"{table.attrs['missing']} runs are left; {len(table)} are in the attribute `table`{known}"
 
         missing, on = [run for key, run in keys.items() if key not in rows], (KeyboardInterrupt, StoreError)
         with bar_of(progress, "transients", "run", total=len(keys), done=len(rows), at_once=True, keeps=kept, on=on) as bar:
             execute(missing, executor, keep)
-    return _table(system, cycle, runs, rows)
+    return _table(system, runs, rows)
 
 
-def _table(system: ContactSystem, cycle: LoadCycle, runs: Sequence[Run], rows: Mapping[str, Row]) -> pd.DataFrame:
+def _table(system: ContactSystem, runs: Sequence[Run], rows: Mapping[str, Row]) -> pd.DataFrame:
     """The runs that have a row, in their order."""
-    records = []
+    records, forces = list[Row](), list[float]()
     for run in (run for run in runs if run.key in rows):
         start, limit = run.start, np.nan if run.case.limit is None else run.case.limit.load_factor
-        named = {"start": start.name, "family": start.family, "seed": start.seed, "friction_number": run.case.number, "shakedown_limit": limit}
-        records.append(rows[run.key] | named)
+        named = {"start": start.name, "family": start.family, "seed": start.seed, "shakedown_limit": limit}
+        records.append(rows[run.key] | named | {"friction_number": run.case.number, "cycle": run.case.label})
+        forces.append(run.case.force)
     table = pd.DataFrame(records, columns=_COLUMNS).astype({name: _TYPES.get(name, "float64") for name in _COLUMNS})
-    limits, force = table["shakedown_limit"], float(cycle.mean_reaction(system)[1].sum())
+    limits, force = table["shakedown_limit"], np.array(forces)
     table["load_ratio"] = table["load_factor"] / limits.where((limits > 0) & np.isfinite(limits))
     modulus = system.E_star if system.E_star and system.tangents == 1 else np.nan
-    table["dissipation_scaled"] = table["dissipation"] * (modulus / force**2 if force**2 > 0 else np.nan)
+    table["dissipation_scaled"] = table["dissipation"] * modulus / np.where(force**2 > 0, force**2, np.nan)
     table.attrs = {"missing": len(runs) - len(records)} | ({} if system.units is None else {"units": system.units})
     return table
 
@@ -169,6 +187,19 @@ def _limit(system: ContactSystem, cycle: LoadCycle, friction: Array, progress: b
     with suppress(SolverError):
         return shakedown_limit(system, cycle, friction, progress=progress)
     return None
+
+
+def checked_cycles(cycle: object) -> dict[str, LoadCycle]:
+    """The load cycles of a study by their labels, "" of a single one."""
+    if not isinstance(cycle, Mapping):
+        return {"": checked_cycle(cycle)}
+    if not cycle:
+        raise ModelError("cycle: empty; give a LoadCycle, or label -> LoadCycle")
+    for label, one in cycle.items():
+        check_text("cycle", label, "a printable text", "label ")
+        if not isinstance(one, LoadCycle):
+            raise ModelError(f"cycle[{label!r}]: a {type(one).__name__}; give a LoadCycle(mean=..., corners=[...])")
+    return dict(cycle)
 
 
 def checked_starts(starts: Sequence[Start] | ArrayLike | None, slip_shape: tuple[int, ...]) -> list[Start]:

@@ -130,9 +130,9 @@ def least_excursion(
     def slipping(starts: Iterable[Array]) -> Array | None:
         return next((start for start in starts if outcome(share, start) != REST), None)
 
-    def kept(_: object) -> tuple[str, object, str]:
+    def kept(_: object) -> tuple[str, object, str] | None:
         table = pd.DataFrame(tried, columns=["share", "outcome"])
-        return "table", table, f"at least {share:.4g}; the shares tried are in the attribute `table`"
+        return ("table", table, f"at least {share:.4g}; the shares tried are in the attribute `table`") if tried else None
 
     share = 0.0
     with bar_of(flag("progress", progress), "least excursion", "transient", best=lambda: f"at least {share:.4g} so far", keeps=kept) as bar:

@@ -202,9 +202,9 @@ def limit_after_protocol(
         first = next((factor for factor, outcome in found if outcome != REST), np.inf)
         return f"rest up to {max((factor for factor, _ in found if factor < first), default=0.0):.4g} so far"
 
-    def kept(_: object) -> tuple[str, object, str]:
+    def kept(_: object) -> tuple[str, object, str] | None:
         table = pd.DataFrame(sorted(tried.items()), columns=["load_factor", "outcome"])
-        return "table", table, f"{told()}; the {len(table)} load factors tried are in the attribute `table`"
+        return ("table", table, f"{told()}; the {len(table)} load factors tried are in the attribute `table`") if tried else None
 
     def slips(load_factor: float) -> bool:
         tried[load_factor] = transients.rests(load_factor, visits)

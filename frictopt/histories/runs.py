@@ -31,13 +31,28 @@ _MOMENT = 3.0  # seconds that an interrupt waits for the tasks at work
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """The input that all runs of a study at one friction share: a limit of None is one that no solver proves, `number` its place in the list."""
+    """The input that all runs of a study at one friction and load cycle share.
+
+    A limit of None is one that no solver proves; `number` is the place of the friction in its list, `label` that of the load cycle, if it has one.
+    """
 
     system: ContactSystem
     cycle: LoadCycle
     friction: Array
     limit: ShakedownLimit | None
     number: int = 0
+    label: str = ""
+
+    @cached_property
+    def force(self) -> float:
+        """Sum of the normal reactions under the mean load."""
+        return float(self.cycle.mean_reaction(self.system)[1].sum())
+
+    @cached_property
+    def loads(self) -> str:
+        """Digest of the loads of the cycle, whatever the contact."""
+        parts = self.cycle.mean, *self.cycle.corners, None, *(self.cycle.fixed or ())
+        return hashlib.sha256(repr([part and sorted(part.items()) for part in parts]).encode()).hexdigest()[:40]
 
     @cached_property
     def digest(self) -> bytes:
@@ -170,4 +185,4 @@ def _input(run: Run) -> Row:
     f = run.case.friction
     mean, spread = (f.mean(), f.std()) if np.ptp(f) > 0 else (f[0], 0.0)  # without rounding
     numbers = {"friction": float(mean), "friction_std": float(spread), "load_factor": run.load_factor}
-    return {"key": run.key, "start": run.start.name} | numbers
+    return {"key": run.key, "start": run.start.name, "cycle": run.case.label, "loads": run.case.loads} | numbers

@@ -16,16 +16,17 @@ from ..errors import StoreError
 
 Row = dict[str, Any]
 FAILED = "FAILED"  # outcome of a run that has no result, which other versions may have
-_KINDS = dict.fromkeys("key start outcome engine error".split(), "str") | dict.fromkeys("cycles slipping open".split(), "Int64")
+_KINDS = dict.fromkeys("key start cycle loads outcome engine error".split(), "str") | dict.fromkeys("cycles slipping open".split(), "Int64")
 _NAMES = (
-    "key friction friction_std load_factor start amplitude outcome dissipation first_cycle largest_share cycles slipping open residual engine "
-    "seconds error"
+    "key friction friction_std cycle loads load_factor start amplitude outcome dissipation first_cycle largest_share cycles slipping open residual "
+    "engine seconds error"
 ).split()
 TYPES = {name: _KINDS.get(name, "float64") for name in _NAMES}  # of the columns in a DataFrame
 _SQL = {"str": "text", "float64": "real", "Int64": "integer"}
 _DECLARED = ", ".join(f"{name} {_SQL[kind]}" for name, kind in TYPES.items())
 _SCHEMA = f"CREATE TABLE runs ({_DECLARED}, checksum integer, PRIMARY KEY (key)) WITHOUT ROWID"
-_VERSION = 4  # of what the columns mean
+_VERSION = 5  # of what the columns mean
+_RENAME = "give one of them another label, or another store"
 _PATIENCE = 60  # seconds to wait for another writer
 
 
@@ -42,7 +43,7 @@ class Store:
     def __init__(self, path: str | os.PathLike[str], *, make: bool = True) -> None:
         with _errors(path):
             self.path = Path(path).expanduser().absolute()
-            if not self.path.is_file() and (self.path.exists() or not make):
+            if not (self.path.is_file() if self.path.exists() else make):  # asked in this order, for another study may make it in between
                 raise FileNotFoundError("there is no such file")
             if make:
                 self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -70,6 +71,14 @@ class Store:
         if damaged := len(kept) - len(sound):
             warnings.warn(f"store: {str(self.path)!r}: {damaged} rows are damaged and do not count", DamagedRows, stacklevel=3)
         return pd.DataFrame(sound, columns=list(TYPES)).astype(TYPES)
+
+    def check_cycles(self, loads: Mapping[str, str]) -> None:
+        """Refuse labels under which the store has runs of other load cycles: `loads` has the digest of each, label -> digest."""
+        with _errors(self.path):
+            kept = self._connection.execute("SELECT DISTINCT cycle, loads FROM runs WHERE cycle <> ''").fetchall()
+        for label, digest in kept:
+            if loads.get(label, digest) != digest:
+                raise StoreError(f"store: {str(self.path)!r} has runs of another load cycle under the label {label!r}; {_RENAME}")
 
     def write(self, rows: Iterable[Mapping[str, Any]]) -> None:
         """Write rows, all or none, NULL for what they lack; a row replaces one with the same key, but a run that failed never replaces a result."""
@@ -105,8 +114,8 @@ def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        One row for each run, ordered by key. Columns: key, digest of the run's content (contact, cycle, friction, load factor and start); the others
-        as in the table of `dissipation_study`, the start by the name that it had when the run was kept.
+        One row for each run, ordered by key. Columns: key, digest of the run's content (contact, cycle, friction, load factor and start); loads, that
+        of the loads of its cycle; the others as in the table of `dissipation_study`, start and cycle by the names that they had when it was kept.
 
     Raises
     ------
@@ -138,7 +147,7 @@ def merge_stores(into: str | os.PathLike[str], parts: Iterable[str | os.PathLike
     ModelError
         `parts` is no list.
     StoreError
-        A file is not a store or is damaged, or the rows cannot be written.
+        A file is not a store or is damaged, two of them have different load cycles under one label, or the rows cannot be written.
 
     Examples
     --------
@@ -153,7 +162,11 @@ def merge_stores(into: str | os.PathLike[str], parts: Iterable[str | os.PathLike
     ...     fo.results.merge_stores(f"{folder}/runs.sqlite", parts)
     2
     """
-    found = [row for part in listed("parts", parts) for row in read_store(part).to_dict("records")]
+    found, loads = [(part, row) for part in listed("parts", parts) for row in read_store(part).to_dict("records")], dict[str, str]()
+    for part, row in found:
+        if row["cycle"] and loads.setdefault(row["cycle"], row["loads"]) != row["loads"]:
+            raise StoreError(f"parts: {str(part)!r} has another load cycle under the label {row['cycle']!r} than one before it; {_RENAME}")
     with closing(Store(into)) as store:
-        store.write(found)
+        store.check_cycles(loads)
+        store.write(row for _, row in found)
         return len(store.read())

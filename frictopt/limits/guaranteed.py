@@ -108,9 +108,10 @@ class GuaranteedModel(SafeModel):
         pressure = task.r0[:, -1].min(axis=0) + task.change(np.nan_to_num(shakedown.slip))[1]
         order = sorted(np.flatnonzero(both).tolist(), key=lambda i: (float(bounds[i]), float(pressure[i])))
 
-        def kept(_: object) -> tuple[str, object, str]:
+        def kept(_: object) -> tuple[str, object, str] | None:
             table = pd.DataFrame({"node": order, "load_factor": least[order], "how": how[order]})[: bar.count]
-            return "table", table, f"it is at most {least_found:.6g}; what is known of {len(table)} nodes is in the attribute `table`"
+            said = f"it is at most {least_found:.6g}; what is known of {len(table)} nodes is in the attribute `table`"
+            return ("table", table, said) if len(table) else None
 
         with bar_of(True, "critical nodes", "node", total=len(order), best=lambda: f"at most {least_found:.4g} so far", keeps=kept) as bar:
             for node in order:

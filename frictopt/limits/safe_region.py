@@ -147,10 +147,10 @@ class _Search:
         drives = [motion.work(unit)[1] for unit in units]
         return _Point(reach * np.array([first, second]), limit, np.array(drives), float(bound), motion)
 
-    def kept(self, _: object) -> tuple[str, object, str]:
+    def kept(self, _: object) -> tuple[str, object, str] | None:
         """What an interrupt keeps."""
         found = pd.DataFrame(sorted(self._reached), columns=self.names)
-        return "table", found, f"{len(found)} pairs of safe amplitudes, the ends of rays, are in the attribute `table`"
+        return ("table", found, f"{len(found)} pairs of safe amplitudes, the ends of rays, are in the attribute `table`") if len(found) else None
 
     def with_one_set(self, first: _Point, second: _Point) -> tuple[_Point, _Point]:
         """The two ends of the region of one set of open nodes, for which alone it is convex: that of the limit under both loads."""

@@ -172,8 +172,9 @@ class ShakedownModel(SafeModel):
         """
         own, wanted, rows = listed("constraints", constraints), listed("frictions", frictions), list[dict[str, Any]]()
 
-        def kept(_: object) -> tuple[str, object, str]:
-            return "table", pd.DataFrame(rows), f"the limits of {len(rows)} of {len(wanted)} frictions are in the attribute `table`"
+        def kept(_: object) -> tuple[str, object, str] | None:
+            said = f"the limits of {len(rows)} of {len(wanted)} frictions are in the attribute `table`"
+            return ("table", pd.DataFrame(rows), said) if rows else None
 
         with bar_of(flag("progress", progress), "sweep", "friction", total=len(wanted), keeps=kept) as bar:
             for friction in wanted:
