@@ -1,21 +1,23 @@
 """A first look at the paper's scene: onset, guaranteed and shakedown limit, and the steady state at two loads, in less than a minute.
 
-Run with `python -m studies first_look [--quick]`; it prints a table and draws one picture beside it. All loads are amplitudes of the bulk stress over
-the mean pressure, sigma / (P / 2a).
+Run with `python -m studies first_look [--quick]`; it prints a table and draws one picture beside it: what the contact does at each load. All
+loads are amplitudes of the bulk stress over the mean pressure, sigma / (P / 2a).
 """
 
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
-from typing import Any
+from textwrap import fill
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 
 import frictopt as fo
+from frictopt.histories.guarantee import left_by_overload
+from frictopt.plots.style import BLACK, GREY, SERIES, screen
 
 from .paper import LOADS, work_unit
 from .tables import Row, Study, Table, markdown
@@ -28,10 +30,24 @@ class Parameters:
     elements: int = 124
     friction: float = 0.7
     load_factors: tuple[float, ...] = (1.5, 1.9)
+    searched: float = 0.95  # load at which the start of most work is searched, over the shakedown limit
+    points: int = 25  # loads of the picture
 
 
 FULL = Parameters()
-QUICK = Parameters(elements=16)
+QUICK = Parameters(elements=16, points=13)
+_LETTERS, _NARROW = 84, 9  # of a line as wide as the picture, and of one that is turned upright if there is no room for more
+_NAMES = {
+    "onset of slip": "onset",
+    "lambda_1 after one overload": "guaranteed limit after one overload",
+    "shakedown limit, lambda_2": "shakedown limit",
+}
+_ZONES = (  # between these loads: what the contact does there, colour
+    ("bonded", "#FFFFFF"),
+    ("slips for a while,\nthen sticks", "#E3EEF6"),
+    ("the start decides:\nit sticks, or\nslips for ever", "#F8E3D6"),
+    ("slips for ever,\nfrom every start", "#EDC4AA"),
+)
 
 
 def answers(parameters: Parameters) -> Iterator[Row]:
@@ -42,14 +58,34 @@ def answers(parameters: Parameters) -> Iterator[Row]:
         yield {"question": question, "value": value, "meaning": meaning, "residual": residual, "seconds": time.perf_counter() - start}
 
 
+@cache
+def _asked(elements: int, friction: float) -> tuple[fo.ContactSystem, fo.GuaranteedModel, Callable[[], fo.results.GuaranteedLimit]]:
+    """The contact, its model of the guaranteed limit, and that after one overload, which is asked once."""
+    system = fo.scenes.PunchOnHalfPlane(elements=elements).condense()
+    model = fo.GuaranteedModel(system, LOADS)
+    return system, model, cache(lambda: model.solve(friction).after_overload())
+
+
+def works(parameters: Parameters) -> Iterator[Row]:
+    """One row per load and start: no slip; of slips that one overload can leave that of most work, its opposite, the witness; the safe slip."""
+    system, lower, after_overload = _asked(parameters.elements, parameters.friction)
+    safe = fo.shakedown_limit(system, LOADS, parameters.friction)
+    limit = safe.load_factor
+    most = left_by_overload(lower.solve(parameters.friction), limit)  # the bound of all these starts
+    worst = fo.dissipation_range(system, LOADS, parameters.friction, parameters.searched * limit, slip_bound=most, progress=False).worst_start
+    starts = {"no slip": np.zeros(system.nodes), "most work": worst, "the opposite": -worst, "witness": after_overload().slip, "safe slip": safe.slip}
+    for load_factor in np.linspace(0.0, 1.3 * limit, parameters.points)[1:]:
+        for name, slip in starts.items():
+            steady = fo.steady_state(system, LOADS, parameters.friction, load_factor, initial_slip=slip, progress=False)
+            yield {"load_factor": load_factor, "start": name, "work": steady.dissipation / work_unit(system), "residual": steady.residual}
+
+
 def _questions(parameters: Parameters) -> Iterator[tuple[str, Callable[[], tuple[float, str, float]]]]:
-    system, friction = fo.scenes.PunchOnHalfPlane(elements=parameters.elements).condense(), parameters.friction
+    (system, lower, overloaded), friction = _asked(parameters.elements, parameters.friction), parameters.friction
 
     def onset() -> tuple[float, str, float]:
         first = fo.onset(system, LOADS, friction)
         return first.slip.load_factor, f"the bonded contact slips first at x / a = {system.x[first.slip.node] / system.x[-1]:.3g}", first.residual
-
-    lower = fo.GuaranteedModel(system, LOADS)
 
     def guaranteed() -> tuple[float, str, float]:
         limit = lower.solve(friction)
@@ -57,7 +93,7 @@ def _questions(parameters: Parameters) -> Iterator[tuple[str, Callable[[], tuple
         return limit.load_factor, "above it slip goes on for ever from some residual slips" if limit.load_factor else zero, limit.residual
 
     def after_overload() -> tuple[float, str, float]:
-        limit = lower.solve(friction).after_overload()
+        limit = overloaded()
         return limit.load_factor, "the same from slips no larger than one overload leaves", limit.residual
 
     def shakedown() -> tuple[float, str, float]:
@@ -98,13 +134,42 @@ python -m paper_figures                      draws all figures (if interrupted, 
     return "\n\n".join([head, markdown(["question", "value", "meaning", "time"], rows), more])
 
 
-def _picture(parameters: Any, folder: Path) -> Path:
-    """The contact at its shakedown limit."""
-    limit = fo.shakedown_limit(fo.scenes.PunchOnHalfPlane(elements=parameters.elements).condense(), LOADS, parameters.friction)
-    path = folder / "first_look.png"
-    figure = limit.plot().figure
-    figure.savefig(path, dpi=200)
-    plt.close(figure)
+def _picture(tables: Mapping[str, pd.DataFrame], folder: Path) -> Path:
+    """The axis of load with the limits on it, what the contact does between them, and the range of work that the starts lead to."""
+    values, runs = tables[ANSWERS.name].set_index("question")["value"], tables[WORKS.name]
+    path, edges, end = folder / "first_look.png", [float(values[name]) for name in _NAMES], float(runs["load_factor"].max())
+    ends = np.clip([0.0, *np.maximum.accumulate(edges), end], 0.0, end)
+    work = runs.groupby("load_factor")["work"]
+    least, most, slipping = work.min(), work.max(), runs["work"][runs["work"] > 0]
+    low, high = 10 ** np.floor(np.log10(slipping.min())), 10 ** np.ceil(np.log10(slipping.max()))
+    with screen():
+        figure, (zones, axes) = plt.subplots(2, 1, figsize=(8.0, 4.8), sharex=True, height_ratios=(1.0, 3.0), layout="constrained")
+        for (what, color), left, right in zip(_ZONES, ends[:-1], ends[1:], strict=True):
+            for each in (zones, axes):
+                each.axvspan(left, right, color=color, lw=0, zorder=0)
+            if right > left:
+                room = int(_LETTERS * (right - left) / end)
+                wide = room >= _NARROW
+                lines = [fill(line, room) for line in what.split("\n")] if wide else [fill(what.split("\n")[0].rstrip(":"), _NARROW)]
+                zones.text((left + right) / 2, 0.5, "\n".join(lines), ha="center", va="center", fontsize=9, rotation=0 if wide else 90)
+        for number, (edge, name) in enumerate(zip(edges, _NAMES.values(), strict=True)):
+            if edge < end:
+                zones.axvline(edge, color=BLACK, lw=0.8)
+                axes.axvline(edge, color=BLACK, lw=0.8)
+                above = 20 if number % 2 else 4  # points: names of neighbours do not lie on each other
+                zones.annotate(f"{name} {edge:.2f}", (edge, 1.0), (0, above), xycoords=("data", "axes fraction"), textcoords="offset points")
+        look = {"color": SERIES[0]["color"], "alpha": 0.35, "lw": 0, "label": "range over starts"}
+        axes.fill_between(most.index, least.clip(low / 3), most.clip(low / 3), **look)
+        own = runs[runs["start"] == "no slip"]
+        axes.plot(own["load_factor"], own["work"].clip(low / 3), "o", color=BLACK, markersize=4, label="from a contact that has not slipped")
+        axes.axhline(low, color=GREY, lw=0.6)
+        axes.annotate("$W = 0$", (1.0, low / 3), (4, 0), xycoords=("axes fraction", "data"), textcoords="offset points", va="center")
+        axes.set(yscale="log", ylim=(low / 6, high), xlim=(0.0, end), xlabel=r"load factor: amplitude of the bulk stress over the mean pressure")
+        axes.set_ylabel("work of friction per cycle in the end\n$W E^* / P^2$")
+        axes.legend(loc="upper left", frameon=False)
+        zones.set(yticks=[])
+        figure.savefig(path, dpi=150)
+        plt.close(figure)
     return path
 
 
@@ -114,4 +179,7 @@ _COLUMNS = {
 }
 ANSWERS = Table("first_look", "one question", _COLUMNS, full=FULL, quick=QUICK, compute=answers)
 
-STUDY = Study("studies.first_look", __doc__, "a coarse mesh", (ANSWERS,), _summary, picture=_picture)
+_OF_RUNS = {"start": "residual slip from assembly, by what it is", "work": "work of friction per cycle of the steady state, W E* / P^2"}
+WORKS = Table("first_look_work", "one load and start", _OF_RUNS, full=FULL, quick=QUICK, compute=works)
+
+STUDY = Study("studies.first_look", __doc__, "a coarse mesh", (ANSWERS, WORKS), _summary, picture=_picture)

@@ -197,7 +197,7 @@ class Study:
     summary
         What is printed of the tables, by name, after they are made; by default nothing.
     picture
-        Draws one picture: parameters, folder -> its file; by default none.
+        Draws one picture: tables by name, folder -> its file; by default none.
     needs
         Tables of other studies that the summary compares with; they are loaded, and computed first where they are missing.
     """
@@ -207,7 +207,7 @@ class Study:
     quick: str
     tables: Sequence[Table[Any]]
     summary: Callable[[Mapping[str, pd.DataFrame]], str] | None = None
-    picture: Callable[[Any, Path], Path] | None = None
+    picture: Callable[[Mapping[str, pd.DataFrame], Path], Path] | None = None
     needs: Sequence[Table[Any]] = ()
 
     @property
@@ -240,7 +240,7 @@ class Study:
             folder = options.data or writable(data_folder(options.quick))
             made = self._make(options, folder)
             if self.picture is not None:
-                print(self.picture(self.tables[0].parameters(options.quick), folder))
+                print(self.picture(made, folder))
             if self.summary is not None:
                 said = self.summary({table.name: table.load(table.parameters(options.quick), folder) for table in self.needs} | made)
                 print(said)

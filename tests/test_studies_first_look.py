@@ -31,6 +31,17 @@ def test_it_prints_the_answers_and_the_command_for_all_figures(tmp_path, capsys)
     assert table["residual"].max() < 1e-9
     for question, value in expected.items():
         assert f"| {question} | {value:.4g} |" in printed
+    runs = pd.read_parquet(tmp_path / "first_look_work.parquet")
+    assert runs["residual"].max() < 1e-9 and runs["load_factor"].max() == pytest.approx(1.3 * limit.load_factor)
+    fresh = runs[runs["start"] == "no slip"].set_index("load_factor")["work"]
+    for load in (fresh.index[3], fresh.index[-1]):
+        work = fo.steady_state(system, LOADS, f, load).dissipation * system.E_star / system.reaction(LOADS.mean)[1].sum() ** 2
+        assert fresh[load] == pytest.approx(work, rel=1e-9)
+    most, least = (getattr(runs.groupby("load_factor")["work"], name)() for name in ("max", "min"))
+    sure = lower.after_overload().load_factor
+    assert not most[most.index < sure].any() and (least[least.index > limit.load_factor] > 0).all()
+    between = (most.index > sure) & (most.index < limit.load_factor)
+    assert between.any() and (most[between] > 0).all() and not least[between].any()
     commands = ["python -m studies", "python -m studies dissipation --quick", "python -m paper_figures"]
     assert [line.split("  ")[0] for line in printed.rstrip().splitlines()[-3:]] == commands
     assert imread(tmp_path / "first_look.png").shape[1] > 1000 and str(tmp_path / "first_look.png") in printed

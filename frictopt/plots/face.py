@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.transforms import offset_copy
 from matplotlib.tri import Triangulation
 
@@ -155,10 +156,11 @@ def _legend(panels: Sequence[Axes]) -> None:
     """One legend for all panels, below them."""
     named = {label: handle for axes in panels[0].figure.axes for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
     figure = panels[0].figure
-    if len(panels) > 1 and figure.get_layout_engine() is not None:
+    if len(panels) > 1 and isinstance(figure, Figure) and figure.get_layout_engine() is not None:
         for earlier in list(figure.legends):
             earlier.remove()
-        figure.legend(named.values(), named.keys(), loc="outside lower center", ncols=2)
+        if named:
+            figure.legend(named.values(), named.keys(), loc="outside lower center", ncols=2)
         figure.draw_without_rendering()  # the layout of panels of equal scales comes to rest at the second drawing
     elif named:
         axes = panels[-1]
