@@ -84,10 +84,10 @@ FAULTS = (
     Fault("fem/modes.py", "open nodes stick", "np.where(np.tile(opened, d), np.inf,", "np.where(np.tile(opened, d), 0.0,", "modes"),
     Fault("fem/modes.py", "the section of a bolt falls apart", "follows[parts.rows[cut.far]] = parts.rows[cut.near]",
           "follows[parts.rows[cut.far]] = parts.rows[cut.far]", "modes"),
-    Fault("fem/modes.py", "surfaces that give hold nothing", "+ diags(stiff[moves])", "+ diags(0 * stiff[moves])", "modes"),
+    Fault("fem/modes.py", "surfaces that give hold nothing", "front[moves], stiff[moves]", "front[moves], 0 * stiff[moves]", "modes"),
     Fault("fem/modes.py", "free bodies without a shift", "_SHIFT = 1e-3", "_SHIFT = 0.0", "modes"),
     Fault("fem/modes.py", "the load of a mode is its shape", "frozen(shapes[mode] @ self._masses[name])", "frozen(shapes[mode])", "modes"),
-    Fault("fem/modes.py", "a motion along the radius is a translation", "np.array([0.0, 1.0]) if parts", "np.array([1.0, 1.0]) if parts", "modes"),
+    Fault("fem/modes.py", "a motion along the radius is a translation", "factors * [0.0, 1.0]", "factors * [1.0, 1.0]", "modes"),
     Fault("fem/mass.py", "mass of a unit of the circumference", "circumference(w.x[0], kinematics) * u", "1.0 * u", "modes"),
     Fault("fem/matrices/job.py", "areas in the order of the deck", "return frozen(areas[nodes])", "return frozen(areas[np.sort(nodes)])", "areas"),
     # reference

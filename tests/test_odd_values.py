@@ -73,6 +73,8 @@ ASKED = {"system": CONTACT, "cycle": CYCLE, "friction": FRICTION}
 STEADY = {**ASKED, "load_factor": 0.5}
 SCENE = fo.scenes.PunchOnHalfPlane(elements=2, growth=3.0, block_half_width=3.0, block_depth=3.0)
 MODEL = SCENE.model()
+WEIGHTY = dict.fromkeys(("punch_material", "block_material"), fo.Material(density=1.0))
+HEAVY = fo.scenes.PunchOnHalfPlane(elements=2, growth=3.0, block_half_width=3.0, block_depth=3.0, **WEIGHTY).model()
 MODEL_3D = fo.scenes.SquarePunch(elements=2, growth=3.0).model()
 NODE_3D = fo.ContactSystem(np.eye(3), [[0.0, 0.0, 0.0]], {"P": [0, 0, 1], "X": [1, 0, 0], "Y": [0, 1, 0]})
 ASKED_3D = {"system": NODE_3D, "cycle": fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"Y": 1.0}]), "friction": 0.6}
@@ -103,6 +105,8 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "BodyForce": (fo.BodyForce, {"body": "punch", "y": -1.0}),
     "Centrifugal": (fo.Centrifugal, {"body": "punch", "density": 1.0}),
     "ContactModel.recover": (MODEL.recover, {"loads": {"P": 1.0}, "slip": np.zeros(3), "gap": np.zeros(3)}),
+    "ContactModel.modes": (HEAVY.modes, {"n": 1, "open": [True, False, False]}),
+    "ContactModel.with_loads": (MODEL.with_loads, {"loads": {"P": [fo.Pressure("punch", "top")]}}),
     "Displacement": (fo.Displacement, {"body": "block", "where": "bottom", "x": 0.1, "y": 0.1}),
     "Expansion": (fo.Expansion, {"body": "punch"}),
     "PressFit": (condensed(fo.scenes.PressFit), {"elements": 2, "growth": 3.0}),
@@ -127,9 +131,10 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "LoadCycle": (fo.LoadCycle, {"mean": {"mean": 1.0}, "corners": [{"cyclic": 1.0}]}),
     "LoadCycle.from_history": (fo.LoadCycle.from_history, {"history": pd.DataFrame({"cyclic": [0.0, 1.0]})}),
     "LoadCycle.vertices": (lambda mean, loads: fo.LoadCycle.vertices(mean, loads), {"mean": {"mean": 1.0}, "loads": {"cyclic": (0.0, 1.0)}}),
-    "Material": (fo.Material, {}),
+    "Material": (fo.Material, {"density": 1.0}),
     "MatrixJob": (fo.MatrixJob, {"K": JOB.K, "labels": JOB.labels, "deck": JOB.deck}),
     "MatrixJob.force": (JOB.force, {"where": "N_TOP", "nodal": [1.0, 0.0]}),
+    "MatrixJob.areas": (JOB.areas, {"face": "N_TOP"}),
     "MatrixJob.pairs": (JOB.pairs, {"first": "N_CONTACT_PUNCH", "second": "N_CONTACT_BLOCK"}),
     "Dovetail": (condensed(fo.scenes.Dovetail), {"elements": 2, "growth": 3.0, "grading": 2.0}),
     "PinInPlate": (condensed(fo.scenes.PinInPlate), {"elements": 8, "growth": 3.0}),
@@ -198,7 +203,13 @@ LABELS = {"argument", "file", "executor"}  # arguments that are no input of the 
 MADE_BY_US = {"LimitKind", "Outcome"}  # by answers, and not by users
 NAMES = {"texts", "text array"}  # what is right for the names of the contact of two nodes
 OTHER_WORDS = {  # an error may speak of what stands in a file, of node sets, of load cases, or of pairs that a projection does not go with
-    *(("MatrixJob.force", "where"), ("MatrixJob.pairs", "first"), ("MatrixJob.pairs", "second"), ("condense", "projection")),
+    *(
+        ("MatrixJob.force", "where"),
+        ("MatrixJob.areas", "face"),
+        ("MatrixJob.pairs", "first"),
+        ("MatrixJob.pairs", "second"),
+        ("condense", "projection"),
+    ),
     *((f"read_{code}", argument) for code in ("abaqus", "ansys", "nastran") for argument in ("path", "deck")),
     *(("read_nastran", "name"), ("read_nastran", "labels"), ("read_calculix", "job"), ("read_mesh", "path"), ("read_store", "path")),
     *(("merge_stores", "into"), ("merge_stores", "parts"), ("safe_region", "loads")),

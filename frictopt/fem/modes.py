@@ -5,28 +5,26 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import block_diag, csr_matrix, diags
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
-from ..contact import Array, Booleans, Plotted, Shown, frozen, whole_number
+from ..contact import Array, Booleans, Integers, Plotted, Shown, frozen, whole_number
 from ..contact.checks import checked_cases, flags
 from ..contact.parts import compliances
 from ..contact.result import Table, frame
 from ..errors import SolverError
 from .assembly import Assembly, Load
 from .bodies import Body
-from .condense import eliminated, fronts
+from .condense import Glued, eliminated, fronts
 from .mass import NodalForces, body_mass
 
 _SHIFT = 1e-3  # of the stiffness towards that of bodies without rigid motions, over (speed of sound / size)^2: below the first mode of most bodies
 _RIGID = 1e-7  # over the shift: the squares of frequencies up to which a motion has none
 _MORE = 20  # vectors of the search beyond those of the modes: modes of one frequency are found together
-
-Model = TypeVar("Model", bound="Vibrating")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -124,9 +122,9 @@ class Vibrating:
     def modes(self: Any, n: int, *, open: ArrayLike | None = None) -> Modes:
         """The n lowest natural frequencies and modes, with the contacts glued, but for the surfaces' own stiffness; or with some nodes open.
 
-        The mass is that of each material's `density`. Supports hold what they hold; bodies may be free, and have rigid motions of frequency 0. The
-        section of a bolt, see `BoltPreload`, transmits what it has to: its faces move together. Loads count for nothing: they neither stiffen the
-        bodies, as the pull of a spin does, nor soften them. Axisymmetric models have axisymmetric modes alone. Theory, eq. (34).
+        The mass follows from the `density` of each material. What nothing holds has rigid motions of frequency 0. A bolt takes up what a vibration
+        adds to its tension: both faces of its section, see `BoltPreload`, move together. Loads count for nothing: they do not stiffen the bodies, as
+        the pull of a spin does. Axisymmetric models have axisymmetric modes alone. Theory, eq. (34).
 
         Parameters
         ----------
@@ -162,48 +160,64 @@ class Vibrating:
 def _found(parts: Assembly, springs: tuple[Array, Array], opened: Booleans, n: int, units: str | None) -> Modes:
     """The lowest modes of an assembly with springs (N,) along and across the surfaces, and open nodes (N,)."""
     masses = {name: body_mass(name, body, parts.kinematics) for name, body in parts.bodies.items()}
+    T, front, D = _motions(parts, springs, opened)
+    K = csr_matrix(T.T @ parts.whole @ T + diags(D))
+    M = csr_matrix(T.T @ block_diag([mass for mass in masses.values() for _ in range(parts.points.shape[1])], format="csr") @ T)
+    squares, y = _lowest(replace(parts.glued, K=K), M, T, front, _shift(parts), n)
+    u = np.asarray(T @ y).T
+    u *= np.sign(np.take_along_axis(u, np.abs(u).argmax(axis=1)[:, None], axis=1))  # the largest displacement along an axis is positive
+    at = {name: parts.rows[first : first + parts.bodies[name].mesh.p.shape[1]] for name, first in parts.first_node.items()}
+    shapes = {name: frozen(u[:, rows].swapaxes(1, 2)) for name, rows in at.items()}
+    largest = np.max([np.linalg.norm(own, axis=1).max(axis=1) for own in shapes.values()], axis=0)
+    factors = sum(own @ np.asarray(masses[name].sum(axis=0)).ravel() for name, own in shapes.items())
+    if parts.kinematics == "axisymmetric":
+        factors = factors * [0.0, 1.0]  # no motion along the radius is a translation
+    return Modes(
+        frequency=frozen(np.sqrt(squares) / (2 * np.pi)),
+        shapes=shapes,
+        modal_mass=frozen(largest**-2),
+        participation=frozen(factors),
+        effective_mass=frozen(factors**2),
+        mass=float(sum(mass.sum() for mass in masses.values())),
+        open=opened,
+        bodies=parts.bodies,
+        units=units,
+        _masses=masses,
+    )
+
+
+def _motions(parts: Assembly, springs: tuple[Array, Array], opened: Booleans) -> tuple[csr_matrix, Integers, Array]:
+    """The matrix T of the displacements `u = T y` in a mode, the front that eliminates each of the y, and springs that hold them."""
     d, follows = parts.points.shape[1], np.arange(parts.points.size)
     for cut in parts.cuts:
         follows[parts.rows[cut.far]] = parts.rows[cut.near]
     closed = csr_matrix((np.ones(len(follows)), (np.arange(len(follows)), follows)))
     T, front = fronts(parts.glued)
     give = np.where(np.tile(opened, d), np.inf, compliances(*springs, parts.width, d - 1))
+    stiff = np.zeros(len(front))
+    stiff[front < 0] = np.divide(1.0, give, out=np.zeros(len(give)), where=give > 0)
     front[np.flatnonzero(front < 0)[give > 0]] = front.max() + 1  # what is open or gives moves, too
     moves = (front >= 0) & (np.diff(T.tocsc().indptr) > 0)
-    stiff = np.zeros(len(front))
-    stiff[-len(give) :] = np.divide(1.0, give, out=np.zeros(len(give)), where=give > 0)
-    T, front = csr_matrix(T[:, moves]), front[moves]
-    shape = csr_matrix(parts.tied @ closed @ T)
-    K = csr_matrix(shape.T @ parts.whole @ shape + diags(stiff[moves]))
-    M = csr_matrix(shape.T @ block_diag([masses[name] for name in parts.bodies for _ in range(d)], format="csr") @ shape)
-    whole_number("n", n, least=1, most=len(front) - 1)
+    return csr_matrix(parts.tied @ closed @ T[:, moves]), front[moves], stiff[moves]
+
+
+def _shift(parts: Assembly) -> float:
+    """The shift of the squares of angular frequencies, by which bodies without supports have an inverse, too."""
     size = float(np.linalg.norm(np.ptp(parts.points, axis=0)))
-    shift = _SHIFT / size**2 * min(body.material.E / float(body.material.density or 1.0) for body in parts.bodies.values())
-    inverse = eliminated(replace(parts.glued, K=K), csr_matrix(K + shift * M), shape, front, keep=True)
-    apply = LinearOperator(K.shape, matvec=lambda force: inverse.solve(np.ravel(force)), dtype=np.float64)
-    vectors, start = min(2 * n + _MORE, len(front)), np.random.default_rng(0).normal(size=len(front))
+    materials = [body.material for body in parts.bodies.values()]
+    return _SHIFT / size**2 * min(material.E / material.density for material in materials if material.density is not None)
+
+
+def _lowest(glued: Glued, M: csr_matrix, T: csr_matrix, front: Integers, shift: float, n: int) -> tuple[Array, Array]:
+    """Squares (n,) of angular frequencies, the lowest first, and modes (unknowns, n) of unit modal mass, of a stiffness and a mass M."""
+    size = whole_number("n", n, least=1, most=len(front) - 1)
+    inverse = eliminated(glued, csr_matrix(glued.K + shift * M), T, front, keep=True)
+    apply = LinearOperator(M.shape, matvec=lambda force: inverse.solve(np.ravel(force)), dtype=np.float64)
+    vectors, start = min(2 * size + _MORE, len(front)), np.random.default_rng(0).normal(size=len(front))
     try:
-        squares, y = eigsh(K, n, M, sigma=-shift, OPinv=apply, ncv=vectors, v0=start)
+        squares, y = eigsh(glued.K, size, M, sigma=-shift, OPinv=apply, ncv=vectors, v0=start)
     except ArpackNoConvergence as error:
         raise SolverError(f"modes: the search for {n} modes found {len(error.eigenvalues)}; ask for fewer modes") from error
     order = np.argsort(squares)
-    squares, y = squares[order], y[:, order] / np.sqrt(np.sum(y * (M @ y), axis=0))[order]
-    u = np.asarray(shape @ y).T
-    u *= np.sign(np.take_along_axis(u, np.abs(u).argmax(axis=1)[:, None], axis=1))  # the largest displacement along an axis is positive
-    at = {name: parts.rows[first : first + parts.bodies[name].mesh.p.shape[1]] for name, first in parts.first_node.items()}
-    shapes = {name: frozen(u[:, rows].swapaxes(1, 2)) for name, rows in at.items()}
-    largest = np.max([np.linalg.norm(own, axis=1).max(axis=1) for own in shapes.values()], axis=0)
-    taking = np.array([0.0, 1.0]) if parts.kinematics == "axisymmetric" else np.ones(d)  # no motion along the radius is a translation
-    factors = taking * sum(own @ np.asarray(masses[name].sum(axis=0)).ravel() for name, own in shapes.items())
-    return Modes(
-        frozen(np.sqrt(np.where(squares > _RIGID * shift, squares, 0.0)) / (2 * np.pi)),
-        shapes,
-        frozen(largest**-2),
-        frozen(factors),
-        frozen(factors**2),
-        float(sum(mass.sum() for mass in masses.values())),
-        opened,
-        parts.bodies,
-        units,
-        masses,
-    )
+    squares, y = squares[order], y[:, order]
+    return np.where(squares > _RIGID * shift, squares, 0.0), y / np.sqrt(np.sum(y * (M @ y), axis=0))
