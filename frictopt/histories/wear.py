@@ -293,8 +293,7 @@ def _per_work(system: ContactSystem, friction: ArrayLike, coefficient: ArrayLike
     less = "give a coefficient of wear >= 0, volume per normal force and way slid"
     f, k = friction_coefficients(friction, system.nodes), per_node("coefficient", coefficient, system.nodes, less)
     if system.width is None:
-        remedy = "give it the length or area of each node, as `condense(..., width=job.areas(pairs[:, 1]))`"
-        raise ModelError(f"system: it has no width, over which volumes worn are depths; {remedy}")
+        raise ModelError("system: it has no width, so that worn volumes have no depth; give it one, `condense(..., width=job.areas(pairs[:, 1]))`")
     if (smooth := (f == 0) & (k > 0)).any():
         where = f"friction: 0 at node {int(smooth.argmax())}{in_contact(system, smooth.argmax())}, and wear follows from the work of friction"
         raise ModelError(f"{where}; give friction above 0, or a coefficient of 0 there")
