@@ -107,6 +107,7 @@ class _Seen:
 
     row: dict[str, Any]
     by_contact: pd.DataFrame = field(default_factory=pd.DataFrame)
+    steady: SteadyState | None = None
     error: NoContinuation | SolverError | None = None
 
 
@@ -166,7 +167,7 @@ class _Asked:
                 measured += [self.load.measured(state) for state in found.steady_states]
             ends = pd.DataFrame(measured).agg(["min", "max"])
             row |= {f"{end}_{name}": ends[name][of] for name in ("damping", "frequency") for end, of in (("least", "min"), ("most", "max"))}
-        return _Seen(row, contacts.assign(load_factor=factor))
+        return _Seen(row, contacts.assign(load_factor=factor), steady)
 
     def _slides_off(self, factor: float) -> bool:
         """Whether statics says so, also of the mean load alone, for which the numbers are NaN."""
@@ -180,6 +181,7 @@ class _Asked:
         return BackboneCurve(
             **{name: frozen(table[name]) for name in ("load_factor", *SEEN, *RANGES)},
             outcome=tuple(table["outcome"]),
+            steady_states=tuple(one.steady for one in seen),
             exponent=frozen(np.gradient(logs, np.log(factors)) if len(seen) > 1 else [np.nan]),
             by_contact=contacts[["load_factor", "contact", "slipping", "work", "slip_range"]],
             gross_slip=self.gross.load_factor if isinstance(self.gross, GrossSlip) else np.nan,
@@ -224,6 +226,11 @@ def _checked_factors(load_factors: ArrayLike | None, gross: GrossSlip | SolverEr
         if not 0 < gross.load_factor < np.inf:
             raise ModelError(f"load_factors: None, and the load that slides the bodies off is {gross.load_factor:g}; give load factors")
         return gross.load_factor * np.geomspace(_FROM, _TO, _COUNT)
+    return rising_factors(load_factors)
+
+
+def rising_factors(load_factors: ArrayLike) -> Array:
+    """Check load factors that rise from above 0."""
     factors = np.array(finite_numbers("load_factors", load_factors, least=0.0))
     if not len(factors) or not (np.diff(factors, prepend=0.0) > 0).all():
         raise ModelError(f"load_factors: {factors.tolist()}; give load factors that rise, the first one above 0")

@@ -37,6 +37,8 @@ class BackboneCurve(Kept, Plotted):
     frequency
         (K,) `sqrt(stiffness) / (2 pi)`, in cycles per unit of time, of the load of a mass-normalised mode, which has a `natural_frequency`; NaN of
         every other load, for then the stiffness is not that of a modal mass of 1.
+    steady_states
+        (K,) the steady states, None where there is none.
     by_contact
         DataFrame, one row for each load factor and contact: columns load_factor, contact, slipping, work, slip_range.
     gross_slip
@@ -80,6 +82,7 @@ class BackboneCurve(Kept, Plotted):
     most_damping: Array
     least_frequency: Array
     most_frequency: Array
+    steady_states: tuple[SteadyState | None, ...]
     by_contact: pd.DataFrame
     gross_slip: float
     guaranteed_limit: float

@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, bar_of, checked_cycle, checked_system, finite_numbers, flag, friction_coefficients
+from ..contact import ContactSystem, LoadCycle, bar_of, checked_cycle, checked_system, flag, friction_coefficients
 from ..contact.checks import warns_of_odd_values
 from ..errors import NoContinuation, SolverError
 from ..limits import gross_slip, guaranteed_limit, required_friction, shakedown_limit
-from ..transients import steady_state
 from ..transients.march import mean_state
-from .backbone import backbone_curve
+from .backbone import backbone_curve, rising_factors
 from .report_result import Report
 
 LOAD_FACTORS = (0.25, 0.5, 1.0, 2.0)
@@ -26,7 +25,6 @@ _STEPS = 2  # increments from corner to corner in space
 _PARTS = {  # as they are called -> attribute of the report
     "mean load": "mean_state",
     "sliding-off load": "gross_slip",
-    "transient": "steady",
     "curve": "curve",
     "shakedown limit": "limit",
     "guaranteed limit": "guaranteed",
@@ -47,18 +45,19 @@ def report(
 ) -> Report:
     """All that frictopt has to say of a joint under its loads, the user's load being that of load factor 1.
 
-    Its parts are: the nodes that the mean load leaves open; the load at which bodies slide off (`gross_slip`); what happens from assembly without
-    slip at load factor 1 (`steady_state`); what grows with the load (`backbone_curve`); shakedown and guaranteed limit; the friction that would keep
-    the contact stuck (`required_friction`); and advice. A part without an answer, such as a steady state of bodies that slide off, stands there with
-    the reason. Where the mean load leaves nodes open in space, the shakedown limit is that with these nodes open, and guaranteed limit and required
-    friction are left out, for they search for minutes: ask `shakedown_limit`, `guaranteed_limit` and `required_friction` themselves.
+    Its parts are: the nodes that the mean load leaves open; the load at which bodies slide off (`gross_slip`); what grows with the load, followed from
+    no slip (`backbone_curve`), with the steady state at load factor 1; shakedown and guaranteed limit; the friction that would keep the contact stuck
+    (`required_friction`); and advice. A part without an answer stands there with the reason. Where the mean load leaves nodes open in space, the
+    shakedown limit is that with these nodes open, and guaranteed limit and required friction are left out, for they search for minutes: ask
+    `shakedown_limit`, `guaranteed_limit` and `required_friction` themselves.
 
     Parameters
     ----------
     system, cycle, friction
         The contact, its load cycle, and its coefficient of friction, one or one per node.
     load_factors
-        (K,) load factors of the curve, > 0 and rising; None: 1/4, 1/2, 1 and 2, scaled down where 2 is above 95 % of the gross-slip load.
+        (K,) load factors of the curve, > 0 and rising, to which 1 is added; None: 1/4, 1/2, 1 and 2, or less, where 2 is above 95 % of the
+        sliding-off load.
     steps, progress
         Number of increments from corner to corner (None: the exact path in the plane, 2 in space, whose `step_error` says what they leave), and
         whether to show a bar after two seconds. Ctrl-C stays a KeyboardInterrupt with an attribute `report`, which holds what is known by then.
@@ -80,7 +79,7 @@ def report(
     checked_cycle(cycle).corner_reactions(system)  # says which load case is unknown
     in_space = system.tangents == 2
     steps = _STEPS if steps is None and in_space else steps
-    factors = None if load_factors is None else np.array(finite_numbers("load_factors", load_factors, least=0.0))
+    factors = None if load_factors is None else rising_factors(load_factors)
     found, missing, at = dict[str, Any](), dict[str, str](), ""
 
     def ask(part: str, question: Callable[[], Any]) -> Any:
@@ -103,13 +102,9 @@ def report(
         mean = ask("mean load", lambda: mean_state(system, cycle, f))
         slides = ask("sliding-off load", lambda: gross_slip(system, cycle, f))
         most = np.inf if slides is None else slides.load_factor
-        if most < 1:
-            missing["transient"] = slides.reason
-        else:
-            ask("transient", lambda: steady_state(system, cycle, f, 1.0, steps=steps))
         if factors is None:
             factors = min(1.0, _BELOW * most / LOAD_FACTORS[-1]) * np.array(LOAD_FACTORS)
-        ask("curve", lambda: backbone_curve(system, cycle, f, factors, steps=steps))
+        ask("curve", lambda: backbone_curve(system, cycle, f, np.union1d(factors, [1.0] * (most >= 1)), steps=steps))
         opened = in_space and mean is not None and bool(mean.open.any())
         ask("shakedown limit", lambda: shakedown_limit(system, cycle, f, open=mean.open if opened else None))
         if opened:
@@ -117,5 +112,7 @@ def report(
         else:
             ask("guaranteed limit", lambda: guaranteed_limit(system, cycle, f))
             ask("required friction", lambda: required_friction(system, cycle, 1.0))
-    limits = {name: found[of].load_factor for name, of in (("shakedown_limit", "limit"), ("guaranteed_limit", "guaranteed")) if of in found}
-    return Report(system, cycle, f, missing, **found | {"curve": replace(found["curve"], **limits)} if "curve" in found else found)
+    if curve := found.get("curve"):
+        limits = {name: found[of].load_factor for name, of in (("shakedown_limit", "limit"), ("guaranteed_limit", "guaranteed")) if of in found}
+        found["curve"] = replace(curve, **limits)
+    return Report(system, cycle, f, missing, **found)

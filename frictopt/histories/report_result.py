@@ -44,9 +44,9 @@ class Report(Kept):
         Parts that have no answer, name -> why.
     mean_state
         The state under the mean load alone, from no slip.
-    gross_slip, steady, curve, limit, guaranteed, required
-        Results of `gross_slip`, `steady_state` from no slip at load factor 1, `backbone_curve`, `shakedown_limit`, `guaranteed_limit`,
-        `required_friction`; None where `missing` says why. The curve has both limits for its picture.
+    gross_slip, curve, limit, guaranteed, required
+        Results of `gross_slip`, `backbone_curve` (with both limits, for its picture), `shakedown_limit`, `guaranteed_limit`, `required_friction`; None
+        where `missing` says why.
 
     Examples
     --------
@@ -66,7 +66,6 @@ class Report(Kept):
     missing: Mapping[str, str]
     mean_state: ContactState | None = None
     gross_slip: GrossSlip | None = None
-    steady: SteadyState | None = None
     curve: BackboneCurve | None = None
     limit: ShakedownLimit | None = None
     guaranteed: GuaranteedLimit | None = None
@@ -74,6 +73,11 @@ class Report(Kept):
 
     def _answer(self) -> Mapping[str, object]:
         return {"nodes": self.system.nodes, **{row.number.replace(" ", "_"): row.value for row in self.numbers.itertuples()}}
+
+    @property
+    def steady(self) -> SteadyState | None:
+        """The steady state at load factor 1, from no slip; None where there is none."""
+        return None if self.curve is None else next((one for one in self.curve.steady_states if one is not None and one.load_factor == 1), None)
 
     @property
     def kind(self) -> str:
