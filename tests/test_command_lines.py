@@ -121,8 +121,8 @@ def test_a_page_holds_what_is_printed_and_its_origin(computed, tmp_path, monkeyp
     small = studies.STUDIES["small"]
     drawn = []
 
-    def picture(parameters, folder):
-        drawn.append((parameters, folder))
+    def picture(tables, folder):
+        drawn.append(({name: len(table) for name, table in tables.items()}, folder))
         return folder / "small.png"
 
     told = replace(small, summary=lambda made: f"{len(made['small'])} row\n", picture=picture)
@@ -130,7 +130,7 @@ def test_a_page_holds_what_is_printed_and_its_origin(computed, tmp_path, monkeyp
     assert studies.main(["small", "--quick", "--data", str(tmp_path / "data"), f"--page={tmp_path / 'pages'}"]) == 0
     printed = capsys.readouterr().out.splitlines()
     page = (tmp_path / "pages" / "small.md").read_text().split("\n\n")
-    assert printed[1:] == [str(tmp_path / "data" / "small.png"), "1 row", ""] and drawn == [(Nothing(), tmp_path / "data")]
+    assert printed[1:] == [str(tmp_path / "data" / "small.png"), "1 row", ""] and drawn == [({"small": 1}, tmp_path / "data")]
     assert page[0] == "1 row" and len(page) == 2
     assert page[1].startswith("*Made by `python -m studies small --quick`, frictopt ") and page[1].endswith(f" s on {machine()}.*\n")
     assert str(tmp_path) not in page[1] and computed == [1]

@@ -80,7 +80,7 @@ def quiet(monkeypatch):
 def test_the_site_runs_the_code_of_a_tutorial_page_and_shows_its_pictures(page):
     body = text(page)
     assert body.startswith("---\nfile_format: mystnb\nkernelspec: {name: python3, display_name: Python 3}\n---\n\n# ") and "```python" not in body
-    cells = re.findall(r"```\{code-cell\} python\n(.*?)```", body, re.DOTALL)
+    cells = re.findall(r"```\{code-cell\} python\n(?::tags: [^\n]*\n)?(.*?)```", body, re.DOTALL)
     for cell in cells:
         compile(cell, str(page), "exec")
     assert any(re.search(r"\bplot\w*\(", cell) for cell in cells)

@@ -165,7 +165,7 @@ def test_the_guaranteed_limit_of_an_interval(seed, nodes, corners, f):
                 assert path.gap[path.time > corners].max() > 1e-9
     elif largest > 1.001 * least:
         at, slip = limit.witness_above_least(1.05 * least)
-        assert least < at <= 1.05 * least and "at any load factor next above" in limit.reason
+        assert least < at <= 1.05 * least and "at every load factor just above" in limit.reason
         ends = [from_its_middle(cycle, least + share * (at - least)) for share in (0.9, 1.1)]
         assert fo.Outcome.CYCLIC_SLIP in [fo.steady_state(contact, about, f, 1.0, initial_slip=slip).outcome for about in ends]
         assert limit.verify(starts=4, moved=0).persists

@@ -45,8 +45,8 @@ def report(
 ) -> Report:
     """All that frictopt has to say of a joint under its loads, the user's load being that of load factor 1.
 
-    Its parts are: the nodes that the mean load leaves open; the load at which bodies slide off (`gross_slip`); what grows with the load, followed from
-    no slip (`backbone_curve`), with the steady state at load factor 1; shakedown and guaranteed limit; the friction that would keep the contact stuck
+    Its parts are: the nodes that the mean load leaves open; the load at which bodies slide off (`gross_slip`); what grows with the load, from no slip
+    (`backbone_curve`), with the steady state at load factor 1; shakedown and guaranteed limit; the friction that would keep the contact stuck
     (`required_friction`); and advice. A part without an answer stands there with the reason. Where the mean load leaves nodes open in space, the
     shakedown limit is that with these nodes open, and guaranteed limit and required friction are left out, for they search for minutes: ask
     `shakedown_limit`, `guaranteed_limit` and `required_friction` themselves.

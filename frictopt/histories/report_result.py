@@ -45,8 +45,8 @@ class Report(Kept):
     mean_state
         The state under the mean load alone, from no slip.
     gross_slip, curve, limit, guaranteed, required
-        Results of `gross_slip`, `backbone_curve` (with both limits, for its picture), `shakedown_limit`, `guaranteed_limit`, `required_friction`; None
-        where `missing` says why.
+        Results of `gross_slip`, `backbone_curve` (with both limits, for its picture), `shakedown_limit`, `guaranteed_limit`, `required_friction`;
+        None where `missing` says why.
 
     Examples
     --------

@@ -201,7 +201,7 @@ def guaranteed_limit(
     limit, and below lambda_2.
 
     All this holds from the least safe load factor on (`least`, mostly 0). If the limit is `least`, no load factor is guaranteed: some node is
-    critical at every load factor next above, from a slip that depends on the load (`GuaranteedLimit.witness_above_least`). At `least` = 0 the witness
+    critical at every load factor just above, from a slip that depends on the load (`GuaranteedLimit.witness_above_least`). At `least` = 0 the witness
     takes all force off the node under the mean load; where assembly and overloads leave less slip, ask with a `slip_bound`
     (`GuaranteedLimit.after_overload`). Start transients at a load inside the cycle: from a mean load outside it, the first segment can change the
     slip. Theory, eq. (10).

@@ -204,7 +204,7 @@ def _why(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, coi
     alone = f"; {coincide} nodes are critical at the least safe load factor {least:.6g} alone, and this does not cause slip" if coincide else ""
     under = f" (slips obey {', '.join(shakedown.constraints)})" if shakedown.constraints else ""
     if best is not None:
-        any_load = "" if best.above is None else f" at any load factor next above {least:.6g}"
+        any_load = "" if best.above is None else f" at every load factor just above {least:.6g}"
         bounds, unloaded = _bounds(best, shakedown._task.cycle.corner_names), _unloaded(best) * (not shakedown._task.fixed)
         wedged = _WEDGED * _wedges(shakedown, best.state.node)
         where = in_contact(shakedown.system, best.state.node)
@@ -236,8 +236,8 @@ def _unloaded(best: NodeClaim) -> str:
         return ""
     size = float(np.linalg.norm(best.slip.reshape(len(best.slip), -1), axis=1).max())
     return (
-        f": a residual slip of up to {size:.3g} takes all force off it under the mean load, and then the least cyclic load slips it; where assembly "
-        "and overloads leave less slip, bound it by `slip_bound`: `after_overload()` tells the limit with the largest slip that one overload leaves"
+        f": a residual slip of up to {size:.3g} can unload it completely under the mean load; then any cyclic load makes it slip. If assembly and "
+        "overloads leave less slip, ask with a `slip_bound`: `after_overload()` has the limit with the largest slip that one overload leaves"
     )
 
 
