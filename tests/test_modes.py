@@ -3,6 +3,8 @@
 import re
 from dataclasses import replace
 
+import matplotlib
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from scipy.linalg import block_diag, eigh
@@ -16,6 +18,7 @@ from frictopt.fem import mass
 from test_calculix_quadratic import deck
 from test_quadratic import dimensions, two_boxes
 
+matplotlib.use("Agg")
 E, RHO = 3.0, 2.0
 SPEED = np.sqrt(E / RHO)
 LENGTH, HIGH = 10.0, 1.0
@@ -225,6 +228,24 @@ def test_bad_input_is_named():
         modes.load(2)
     with pytest.raises(fo.ModelError, match=r"loads: .* give a mapping"):
         model.with_loads(modes.load(0))
+
+
+@pytest.mark.parametrize("kind", [MeshQuad, MeshTet])
+def test_a_mode_is_drawn_with_its_number_and_frequency(kind):
+    model = bars(kind, 4, 1, supports=[fo.Support("left", "end")])
+    modes = model.modes(3)
+    axes = modes.plot(k=2)
+    assert axes.get_title() == f"mode 2: {modes.frequency[2]:.5g} cycles per unit of time"
+    if kind is MeshQuad:
+        shape, mesh = modes.shapes["left"][2], model.bodies["left"].mesh
+        moved = mesh.p + shape * 0.1 * LENGTH / max(np.linalg.norm(own[2], axis=0).max() for own in modes.shapes.values())
+        drawn = np.concatenate([line.get_xydata() for line in axes.lines])
+        assert all((np.abs(drawn - point).max(axis=1) < 1e-9).any() for point in moved.T)
+    legend = model.with_loads({"mode": modes.load(0)}).plot().figure.legends[0]
+    assert "load mode (nodal forces, nodal forces)" in [text.get_text() for text in legend.get_texts()]
+    with pytest.raises(fo.ModelError, match="k: 3; "):
+        modes.plot(k=3)
+    plt.close("all")
 
 
 def from_frequency(folder, text, count):
