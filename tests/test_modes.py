@@ -193,19 +193,23 @@ def test_the_load_of_a_mode_moves_it_alone(kind, give):
     assert np.allclose([sum((part.forces * modes.shapes[part.body][k]).sum() for part in modes.load(k)) for k in range(3)], 1.0)
 
 
-def test_the_section_of_a_bolt_moves_together():
+@pytest.mark.parametrize(("name", "element"), [("right", "quadratic"), ("left", "quadratic"), ("left", "linear")])
+def test_the_section_of_a_bolt_moves_together(name, element):
     """A bar that is cut by a preload has the modes of the whole one."""
-    model = bars(MeshQuad, 8, 2, nu=0.3, supports=[fo.Support("left", "end")], element="quadratic")
-    mesh = model.bodies["right"].mesh.with_boundaries({"section": lambda p: abs(p[0] - 7.5) < 1e-9}, boundaries_only=False)
-    bolted = replace(model, bodies={**model.bodies, "right": replace(model.bodies["right"], mesh=mesh)})
-    bolted = bolted.with_loads({"preload": [fo.BoltPreload("right", "section")]})
-    with pytest.raises(fo.ModelError, match="bolt 'right': nothing holds"):
-        bolted.condense()  # the end of the bar would fly away: its modes ask for no preload
-    modes = bolted.modes(4)
-    assert modes.frequency == pytest.approx(model.modes(4).frequency, rel=1e-9)
-    twice = modes.shapes["right"].shape[2] - mesh.p.shape[1]
-    assert twice == 5 and bolted.with_loads({"mode": modes.load(0)})._parts.bodies["right"].mesh.p.shape[1] == mesh.p.shape[1] + twice
-    with pytest.raises(fo.ModelError, match=r"forces: shape \(2, 50\), and body 'right' has \(d, nodes\) = \(2, 45\)"):
+    model = bars(MeshQuad, 8, 2, nu=0.3, supports=[fo.Support("left", "end")], element=element)
+    body = model.bodies[name]
+    middle = body.mesh.p[0].mean()
+    mesh = body.mesh.with_boundaries({"section": lambda p: abs(p[0] - middle) < 1e-9}, boundaries_only=False)
+    bolted = replace(model, bodies={**model.bodies, name: replace(body, mesh=mesh)}).with_loads({"preload": [fo.BoltPreload(name, "section")]})
+    modes, whole = bolted.modes(4), model.modes(4)
+    assert modes.frequency == pytest.approx(whole.frequency, rel=1e-9) and np.allclose(np.abs(modes.participation), np.abs(whole.participation))
+    n, twice = mesh.p.shape[1], 5 if element == "quadratic" else 3
+    assert modes.shapes[name].shape == (4, 2, n + twice) and (modes.bodies[name].mesh.p.shape[1], modes.mass) == (
+        n + twice,
+        pytest.approx(whole.mass),
+    )
+    assert bolted.with_loads({"mode": modes.load(0)}).loads["mode"][0].body == "right"
+    with pytest.raises(fo.ModelError, match=rf"forces: shape \(2, {n + twice}\), and body '{name}' has \(d, nodes\) = \(2, {n}\)"):
         model.with_loads({"mode": modes.load(0)})
 
 
