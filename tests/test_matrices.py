@@ -185,11 +185,13 @@ def test_what_says_nothing_of_the_mesh_is_passed_over(squares, old, new):
     assert fo.read_calculix(squares / "job").deck.sets.keys() == {"LEFT", "RIGHT", "BOTH"}
 
 
-def test_forces_of_axisymmetric_elements_are_refused(squares):
+def test_forces_and_areas_of_axisymmetric_elements_are_refused(squares):
     (squares / "job.inp").write_text(SQUARES.replace("CPS4R", "CAX4"))
     job = fo.read_calculix(squares / "job")
     with pytest.raises(fo.ModelError, match="force: elements CAX4 are axisymmetric"):
         job.force("LEFT", pressure=1.0)
+    with pytest.raises(fo.ModelError, match="areas: elements CAX4 are axisymmetric; give condense the areas of whole circumferences"):
+        job.areas("LEFT")
 
 
 DAMAGED = [  # file, text, what stands in its place (None: of the whole file; no text: at its end; nothing: it is missing), message

@@ -3,6 +3,8 @@
 import re
 from dataclasses import replace
 
+import matplotlib
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from scipy.linalg import block_diag, eigh
@@ -16,6 +18,7 @@ from frictopt.fem import mass
 from test_calculix_quadratic import deck
 from test_quadratic import dimensions, two_boxes
 
+matplotlib.use("Agg")
 E, RHO = 3.0, 2.0
 SPEED = np.sqrt(E / RHO)
 LENGTH, HIGH = 10.0, 1.0
@@ -190,19 +193,23 @@ def test_the_load_of_a_mode_moves_it_alone(kind, give):
     assert np.allclose([sum((part.forces * modes.shapes[part.body][k]).sum() for part in modes.load(k)) for k in range(3)], 1.0)
 
 
-def test_the_section_of_a_bolt_moves_together():
+@pytest.mark.parametrize(("name", "element"), [("right", "quadratic"), ("left", "quadratic"), ("left", "linear")])
+def test_the_section_of_a_bolt_moves_together(name, element):
     """A bar that is cut by a preload has the modes of the whole one."""
-    model = bars(MeshQuad, 8, 2, nu=0.3, supports=[fo.Support("left", "end")], element="quadratic")
-    mesh = model.bodies["right"].mesh.with_boundaries({"section": lambda p: abs(p[0] - 7.5) < 1e-9}, boundaries_only=False)
-    bolted = replace(model, bodies={**model.bodies, "right": replace(model.bodies["right"], mesh=mesh)})
-    bolted = bolted.with_loads({"preload": [fo.BoltPreload("right", "section")]})
-    with pytest.raises(fo.ModelError, match="bolt 'right': nothing holds"):
-        bolted.condense()  # the end of the bar would fly away: its modes ask for no preload
-    modes = bolted.modes(4)
-    assert modes.frequency == pytest.approx(model.modes(4).frequency, rel=1e-9)
-    twice = modes.shapes["right"].shape[2] - mesh.p.shape[1]
-    assert twice == 5 and bolted.with_loads({"mode": modes.load(0)})._parts.bodies["right"].mesh.p.shape[1] == mesh.p.shape[1] + twice
-    with pytest.raises(fo.ModelError, match=r"forces: shape \(2, 50\), and body 'right' has \(d, nodes\) = \(2, 45\)"):
+    model = bars(MeshQuad, 8, 2, nu=0.3, supports=[fo.Support("left", "end")], element=element)
+    body = model.bodies[name]
+    middle = body.mesh.p[0].mean()
+    mesh = body.mesh.with_boundaries({"section": lambda p: abs(p[0] - middle) < 1e-9}, boundaries_only=False)
+    bolted = replace(model, bodies={**model.bodies, name: replace(body, mesh=mesh)}).with_loads({"preload": [fo.BoltPreload(name, "section")]})
+    modes, whole = bolted.modes(4), model.modes(4)
+    assert modes.frequency == pytest.approx(whole.frequency, rel=1e-9) and np.allclose(np.abs(modes.participation), np.abs(whole.participation))
+    n, twice = mesh.p.shape[1], 5 if element == "quadratic" else 3
+    assert modes.shapes[name].shape == (4, 2, n + twice) and (modes.bodies[name].mesh.p.shape[1], modes.mass) == (
+        n + twice,
+        pytest.approx(whole.mass),
+    )
+    assert bolted.with_loads({"mode": modes.load(0)}).loads["mode"][0].body == "right"
+    with pytest.raises(fo.ModelError, match=rf"forces: shape \(2, {n + twice}\), and body '{name}' has \(d, nodes\) = \(2, {n}\)"):
         model.with_loads({"mode": modes.load(0)})
 
 
@@ -225,6 +232,24 @@ def test_bad_input_is_named():
         modes.load(2)
     with pytest.raises(fo.ModelError, match=r"loads: .* give a mapping"):
         model.with_loads(modes.load(0))
+
+
+@pytest.mark.parametrize("kind", [MeshQuad, MeshTet])
+def test_a_mode_is_drawn_with_its_number_and_frequency(kind):
+    model = bars(kind, 4, 1, supports=[fo.Support("left", "end")])
+    modes = model.modes(3)
+    axes = modes.plot(k=2)
+    assert axes.get_title() == f"mode 2: {modes.frequency[2]:.5g} cycles per unit of time"
+    if kind is MeshQuad:
+        shape, mesh = modes.shapes["left"][2], model.bodies["left"].mesh
+        moved = mesh.p + shape * 0.1 * LENGTH / max(np.linalg.norm(own[2], axis=0).max() for own in modes.shapes.values())
+        drawn = np.concatenate([line.get_xydata() for line in axes.lines])
+        assert all((np.abs(drawn - point).max(axis=1) < 1e-9).any() for point in moved.T)
+    legend = model.with_loads({"mode": modes.load(0)}).plot().figure.legends[0]
+    assert "load mode (nodal forces, nodal forces)" in [text.get_text() for text in legend.get_texts()]
+    with pytest.raises(fo.ModelError, match="k: 3; "):
+        modes.plot(k=3)
+    plt.close("all")
 
 
 def from_frequency(folder, text, count):

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import block_diag, csr_matrix, diags
+from scipy.sparse import block_diag, csr_matrix, diags, identity
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
 from ..contact import Array, Booleans, Integers, Plotted, Shown, frozen, whole_number
@@ -191,14 +191,13 @@ def _motions(parts: Assembly, springs: tuple[Array, Array], opened: Booleans) ->
     d, follows = parts.points.shape[1], np.arange(parts.points.size)
     for cut in parts.cuts:
         follows[parts.rows[cut.far]] = parts.rows[cut.near]
-    closed = csr_matrix((np.ones(len(follows)), (np.arange(len(follows)), follows)))
     T, front = fronts(parts.glued)
     give = np.where(np.tile(opened, d), np.inf, compliances(*springs, parts.width, d - 1))
     stiff = np.zeros(len(front))
     stiff[front < 0] = np.divide(1.0, give, out=np.zeros(len(give)), where=give > 0)
     front[np.flatnonzero(front < 0)[give > 0]] = front.max() + 1  # what is open or gives moves, too
     moves = (front >= 0) & (np.diff(T.tocsc().indptr) > 0)
-    return csr_matrix(parts.tied @ closed @ T[:, moves]), front[moves], stiff[moves]
+    return csr_matrix(parts.tied @ identity(len(follows), format="csr")[follows] @ T[:, moves]), front[moves], stiff[moves]
 
 
 def _shift(parts: Assembly) -> float:
