@@ -62,3 +62,20 @@ def test_names_on_a_model_are_slanted_in_the_plane_and_upright_in_space(space):
     texts = [text for text in model.plot().texts if text.get_text() in FEET]
     assert len(texts) == 9 and {(tuple(text._dir_vec) if space else text.get_rotation()) for text in texts} == {(0, 0, 1) if space else 50.0}
     plt.close("all")
+
+
+def test_names_of_contacts_behind_each_other_are_moved_apart_and_joined_to_their_places():
+    ends = np.array([0.0, 0.5, 1.0])
+    sides = {"low": lambda x: x[2] == x[2].min(), "top": lambda x: x[2] == x[2].max()}
+    bodies = {f"b{k}": fo.Body(MeshHex.init_tensor(ends, ends, [0.02 * k, 0.02 * (k + 1)]).with_boundaries(sides)) for k in range(4)}
+    names = ["upper", "middle", "lower"]
+    contacts = [fo.Contact(f"b{k + 1}", f"b{k}", "low", "top", name=name) for k, name in enumerate(names)]
+    axes = fo.ContactModel(bodies, [fo.Support("b0", "low")], {"P": [fo.Pressure("b3", "top")]}, contacts).plot()
+    axes.figure.draw_without_rendering()
+    texts = [text for text in axes.texts if text.get_text() in names]
+    boxes = [text.get_bbox_patch().get_window_extent() for text in texts]
+    assert len(boxes) == 3 and not any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2))
+    lifted = {tuple(np.round([line.get_data_3d()[2][0], line.get_data_3d()[2][-1]], 9)) for line in axes.lines if line.get_linewidth() == 0.8}
+    moved = {(round(0.02 * (names.index(text.get_text()) + 1), 9), round(float(text.get_position_3d()[2]), 9)) for text in texts}
+    assert len(lifted) == 2 and lifted < moved
+    plt.close("all")

@@ -27,7 +27,7 @@ Mesh: TypeAlias = Any  # of scikit-fem
 
 _NAME = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "pad": 2.0}
 _ABOVE = 1e3  # of names in space: above all faces, to which matplotlib gives numbers by their distance
-_ZOOM = 1.15  # of bodies in space: matplotlib leaves more room around them than the names of the axes need
+_ZOOM = 1.1  # of bodies in space: matplotlib leaves more room around them than the names of the axes need
 _LINE = 16.0  # height of a name in space with its frame, points
 _BESIDE = {"shrink": 0.6, "pad": 0.12}  # of a colour bar in space, beside the labels of the axis z
 
@@ -87,7 +87,7 @@ def _named(axes: AnyAxes, ax: AnyAxes, in_space: bool) -> AnyAxes:
         return axes
     if not in_space:
         axes.figure.set_layout_engine("compressed")
-    beside: Look = {"borderpad": 2.0} if in_space else {}  # the layout leaves no room for the names of axes in space
+    beside: Look = {"borderpad": 2.5} if in_space else {}  # the layout leaves no room for the names of axes in space
     axes.figure.legend(loc="outside right upper", handlelength=2.2, **beside)
     return axes
 
