@@ -206,7 +206,8 @@ def _study(asked: argparse.Namespace) -> None:
         table = dissipation_study(**question, shard=asked.shard, executor=pool, store=store)
     if asked.shard is None:
         _written(asked.picture or files.get("picture"), table, asked.table or files.get("table"), table, "study")
-    print(table.groupby(["friction", "load_factor", "outcome"]).size().rename("runs").reset_index().to_string(index=False))
+    by = ["friction", *["cycle"] * (table["cycle"].nunique() > 1), "load_factor", "outcome"]
+    print(table.groupby(by).size().rename("runs").reset_index().to_string(index=False))
     print(f"kept in {store}")
 
 

@@ -56,6 +56,7 @@ def study_file(friction="0.4", files="", name="study.toml"):
 
 
 def same(table, other):
+    table = table.assign(cycle=table["cycle"].astype(object).fillna(""))
     other = other.astype({"start": str, "family": str, "outcome": str, "engine": str})
     pd.testing.assert_frame_equal(
         table.drop(columns=["seconds", "error", "seed"]), other.drop(columns=["seconds", "error", "seed"]), check_dtype=False, rtol=1e-12
@@ -134,6 +135,34 @@ def test_a_study_in_a_file_takes_a_distribution():
     starts = fo.starts.no_slip() + fo.starts.random_slips(CONTACT, [0.1], 2)
     cycle = fo.LoadCycle({"mean": 1.0}, CYCLE.corners)
     same(pd.read_csv("runs.csv"), fo.dissipation_study(CONTACT, cycle, [stats.norm(0.4, 0.05)] * 2, [0.5, 2.0], starts, rng=7, progress=False))
+
+
+def test_a_study_in_a_file_takes_load_cycles_by_their_labels(capsys):
+    plan = """
+system = "system.npz"
+friction = 0.4
+load_factors = [0.5, 2.0]
+table = "runs.csv"
+[cycle.straight]
+mean = { mean = 1.0 }
+corners = [{ cyclic = -1.0 }, { cyclic = 1.0 }]
+[cycle."90 deg"]
+mean = { mean = 1.0 }
+harmonic = { cyclic = 1.0, mean = [0.3, 90] }
+points = 6
+"""
+    Path("study.toml").write_text(plan)
+    assert main(["study", "study.toml"]) == 0
+    turning = fo.LoadCycle.harmonic({"cyclic": 1.0, "mean": (0.3, 90)}, mean={"mean": 1.0}, points=6)
+    cycles = {"straight": fo.LoadCycle({"mean": 1.0}, [{"cyclic": -1.0}, {"cyclic": 1.0}]), "90 deg": turning}
+    same(pd.read_csv("runs.csv"), fo.dissipation_study(CONTACT, cycles, 0.4, [0.5, 2.0], progress=False))
+    assert "straight" in capsys.readouterr().out
+    for old, new, message in (
+        ('[cycle."90 deg"]', '[cycle."90 deg"]\nsteps = 3', "cycle.90 deg: "),
+        ('[cycle."90 deg"]', '[cycle]\nodd = 3\n[cycle."90 deg"]', "cycle.odd: 3; give a table of TOML"),
+    ):
+        Path("study.toml").write_text(plan.replace(old, new))
+        assert main(["study", "study.toml"]) == 2 and message in capsys.readouterr().err
 
 
 def test_the_forces_of_a_contact_whose_flanks_turn_are_those_of_its_loads(capsys):

@@ -279,6 +279,40 @@ def test_a_study_without_a_limit_has_the_load_factor_below_and_failed_runs_are_c
     assert sum(len(line.get_xdata()) for line in labelled(ax).values()) == 8
 
 
+def split_study():
+    cycles = {"quick": CYCLE, "slow": fo.LoadCycle({"mean": 1.0}, [{"cyclic": -0.4}, {"cyclic": 1.0}])}
+    return fo.dissipation_study(PAIR, cycles, np.c_[[F, 0.7]], [0.6, 1.5, 2.5], progress=False)
+
+
+def test_columns_split_a_study_into_panels_colours_and_places():
+    table = split_study()
+    table["bolts"] = table["cycle"].map({"quick": 2, "slow": 4})
+    panels = fo.plot_study(table, x="cycle", colour="load_factor", rows="friction")
+    assert [ax.get_title() for ax in panels] == [f"friction: {F:.4g}", "friction: 0.7"] and panels[-1].get_xlabel() == "load cycle"
+    assert [text.get_text() for text in panels[-1].get_xticklabels()] == ["quick", "slow"]
+    drawn = [[line for line in ax.get_lines() if line.get_marker() == "o" and len(line.get_xdata())] for ax in panels]
+    for lines, (_, rows) in zip(drawn, table.groupby("friction_number"), strict=True):
+        assert len(lines) == 3
+        for line, (_, some) in zip(lines, rows.groupby("load_factor", sort=False), strict=True):
+            assert line.get_xdata().tolist() == some["cycle"].map({"quick": 0, "slow": 1}).tolist()
+            slips = (some["dissipation"] > 0).to_numpy()
+            assert np.array_equal(line.get_ydata()[slips], some["dissipation"][slips])
+    colours = [[line.get_color() for line in lines] for lines in drawn]
+    assert colours[0] == colours[1] and len(set(colours[0])) == 3
+    named = [text.get_text() for text in panels[0].get_legend().get_texts()]
+    assert named == ["none", "0.6", "1.5", "2.5"] and "load factor" in panels[0].get_legend().get_title().get_text()
+    by_bolts = fo.plot_study(table, x="bolts")
+    assert by_bolts.get_xlabel() == "bolts" and set(
+        np.concatenate([line.get_xdata() for line in by_bolts.get_lines() if line.get_mfc() == "none"])
+    ) == {2, 4}
+    assert [text.get_text() for text in fo.plot_study(table[table["friction"] == 0.7]).get_legend().get_texts()] == ["none", "quick", "slow"]
+    for name in ("x", "colour", "rows"):
+        with pytest.raises(fo.ModelError, match=f"{name}: 'bolt'; give 'friction'"):
+            fo.plot_study(table, **{name: "bolt"})
+    with pytest.raises(fo.ModelError, match="give 2 matplotlib axes"):
+        fo.plot_study(table, plt.figure().subplots(), rows="cycle")
+
+
 @pytest.mark.parametrize("name", SCENES)
 def test_a_scene_shows_bodies_contacts_supports_and_loads(name):
     scene = SCENES[name]

@@ -29,10 +29,10 @@ _READERS = {".csv": pd.read_csv, ".xlsx": pd.read_excel, ".parquet": pd.read_par
 def read_plan(file: str | Path) -> tuple[dict[str, Any], dict[str, Path]]:
     """Arguments of `dissipation_study` from a file of TOML, and the files to be written: store, and table and picture where they are named.
 
-    Names of files are relative to the folder of the file. `system`, `cycle` (the arguments of `LoadCycle`, or a `history` with those of
-    `from_history`), `friction` (a number, a list, or a `distribution` of scipy.stats with its parameters, `draws` and the seed `rng`), `load_factors`
-    and, if wanted, `starts` (name of a function of `fo.starts` -> its arguments), `store`, `table` and `picture`. ModelError: not such a file, or
-    something in it that the study would refuse.
+    Names of files are relative to the folder of the file. `system`, `cycle` (the arguments of `LoadCycle`, a `history` with those of `from_history`,
+    `harmonic` loads with those of `harmonic`; or tables of these by their labels), `friction` (a number, a list, or a `distribution` of scipy.stats
+    with its parameters, `draws` and the seed `rng`), `load_factors` and, if wanted, `starts` (name of a function of `fo.starts` -> its arguments),
+    `store`, `table` and `picture`. ModelError: not such a file, or something in it that the study would refuse.
     """
     path = Path(file)
     try:
@@ -46,15 +46,25 @@ def read_plan(file: str | Path) -> tuple[dict[str, Any], dict[str, Path]]:
     names = {name: path.parent / _told(name, plan[name], str) for name in ("system", "store", "table", "picture") if name in plan}
     files = {"store": names.get("store", path.with_suffix(".sqlite"))}
     files |= {name: output(names[name], *endings) for name, endings in (("table", WRITERS), ("picture", ())) if name in names}
-    system, friction, given = ContactSystem.load(names["system"]), plan["friction"], dict(_told("cycle", plan["cycle"], dict))
-    history = (read_table(path.parent / str(given.pop("history"))),) if "history" in given else ()
-    cycle = _called("cycle", LoadCycle.from_history if history else LoadCycle, *history, **given)
+    system, friction, given = ContactSystem.load(names["system"]), plan["friction"], _told("cycle", plan["cycle"], dict)
+    one = not given or {"mean", "corners", "history", "harmonic"} & set(given)
+    cycle = _cycle("cycle", path, given) if one else {label: _cycle(f"cycle.{label}", path, part) for label, part in given.items()}
     drawn = _distributions(**friction) if isinstance(friction, dict) else {"friction": friction}
     begins = list[Start]()
     for name, options in _told("starts", plan.get("starts", {"no_slip": {}}), dict).items():
         first = (system,) if choice("starts", name, _STARTS) == "random_slips" else ()
         begins += _called(f"starts.{name}", getattr(families, name), *first, **_told(f"starts.{name}", options, dict))
     return {"system": system, "cycle": cycle, "load_factors": plan["load_factors"], "starts": begins, **drawn}, files
+
+
+def _cycle(name: str, path: Path, told: object) -> LoadCycle:
+    """A load cycle of a plan."""
+    given = dict[str, Any](_told(name, told, dict))
+    if "history" in given:
+        return _called(name, LoadCycle.from_history, read_table(path.parent / str(given.pop("history"))), **given)
+    if "harmonic" in given:
+        return _called(name, LoadCycle.harmonic, given.pop("harmonic"), **given)
+    return _called(name, LoadCycle, **given)
 
 
 def _told(name: str, value: object, kind: type[T]) -> T:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..contact import choice
 from ..errors import ModelError
 
 if TYPE_CHECKING:  # matplotlib need not be installed
@@ -17,7 +18,7 @@ if TYPE_CHECKING:  # matplotlib need not be installed
 
 __all__ = ["plot_study"]
 
-_NEEDED = ("friction", "friction_std", "friction_number", "load_factor", "load_ratio", "family", "outcome", "dissipation", "engine")
+_NEEDED = ("friction", "friction_std", "friction_number", "cycle", "load_factor", "load_ratio", "family", "outcome", "dissipation", "engine")
 
 
 def draw(result: object, ax: "Axes | AxesArray | None" = None, kind: str = "", **options: object) -> "Axes | AxesArray":
@@ -68,26 +69,36 @@ def _units(result: object) -> str | None:
     return None
 
 
-def plot_study(table: "Table", ax: "Axes | None" = None) -> "Axes | AxesArray":
+def plot_study(
+    table: "Table", ax: "Axes | AxesArray | None" = None, *, x: str | None = None, colour: str | None = None, rows: str | None = None
+) -> "Axes | AxesArray":
     """Draw the steady dissipation of each run of a study against its load: a mark for each start, by family.
 
-    Runs that shake down have no dissipation and stand in a strip at the bottom. Runs that failed have no mark; the title counts them.
+    Columns of the table, of your own too, split it: `plot_study(table, x="cycle", colour="friction", rows="load_factor")`. Runs that shake down have
+    no dissipation and stand in a strip at the bottom. Runs that failed have no mark; the title counts them.
 
     Parameters
     ----------
     table
         What `dissipation_study` returned, or rows of it.
     ax
-        matplotlib axes to draw in; None: those of a new figure.
+        matplotlib axes to draw in, one for each panel; None: those of a new figure.
+    x
+        Column along the horizontal axis; None: the load factor, over the shakedown limit where all runs have one that is finite.
+    colour
+        Column that has a colour for each value; None: friction where there are several, else the load cycle, else the family of the starts.
+    rows
+        Column that has a panel for each value; None: one panel.
 
     Returns
     -------
     matplotlib.axes.Axes
+        With `rows` an array of them.
 
     Raises
     ------
     ModelError
-        No such table, or not one axes.
+        No such table or column, or not as many axes as panels.
     ImportError
         matplotlib is not installed.
 
@@ -103,4 +114,7 @@ def plot_study(table: "Table", ax: "Axes | None" = None) -> "Axes | AxesArray":
     """
     if any(name not in getattr(table, "columns", ()) for name in _NEEDED):
         raise ModelError(f"table: give the DataFrame of dissipation_study, with the columns {', '.join(_NEEDED)}")
-    return draw(table, ax, "study")
+    for name, column in (("x", x), ("colour", colour), ("rows", rows)):
+        if column is not None:
+            choice(name, column, list(table.columns))
+    return draw(table, ax, "study", x=x, colour=colour, rows=rows)

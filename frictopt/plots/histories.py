@@ -1,6 +1,7 @@
 """Pictures of what follows from many transients: what was tried, damping, wear, and the runs of a study."""
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
@@ -12,11 +13,24 @@ from ..histories.wear import WearHistory
 from ..histories.worn_in import WornIn
 from .face import face_map, panels_of
 from .strip import label_contacts, label_panels, lines
+<<<<<<< HEAD
 from .style import BLACK, GREY, POINTS, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, picture, series
+=======
+from .style import ALONG, BLACK, FACE, GREY, POINTS, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, one_axes, picture, series
+>>>>>>> front
 
 _STRIP = 6.4, 2.4  # size of a picture with a row for each outcome, inches
 _ROWS = {REST: "comes to rest", SLIP: "keeps slipping", UNDECIDED: "undecided"}
 _DEPTH = "depth worn off (length)"
+_PANEL = 2.4  # height of each further panel of a study, inches
+_COLUMNS = {
+    "load_ratio": r"load factor over the shakedown limit, $\lambda / \lambda_2$",
+    "load_factor": r"load factor $\lambda$",
+    "friction": "friction",
+    "friction_number": "friction",
+    "cycle": "load cycle",
+    "amplitude": "initial slip, root mean square (length)",
+}
 
 
 @picture.register
@@ -160,40 +174,66 @@ def _worn_in(end: WornIn, ax: Axes | AxesArray | None = None) -> Axes | AxesArra
     return axes
 
 
-def runs_of(table: Table, ax: Axes | None = None) -> Axes:
-    """Steady dissipation against the load, over a finite lambda_2; a look for each family of starts, a colour for each of several frictions."""
-    (axes,) = new_axes(ax)
+def runs_of(
+    table: Table, ax: Axes | AxesArray | None = None, x: str | None = None, colour: str | None = None, rows: str | None = None
+) -> Axes | AxesArray:
+    """Steady dissipation against the load, over a finite lambda_2, or another column; a look for each family of starts, panels and colours."""
     runs = table[table["outcome"] != "FAILED"]
+    along = x or ("load_ratio" if np.isfinite(runs["load_ratio"]).all() else "load_factor")
+    if colour is None:
+        colour = next((name for name in ("friction_number", "cycle") if table[name].nunique() > 1), None)
+    panels = [None] if rows is None else list(table[rows].unique())
+    every = new_axes(ax, len(panels), (ALONG[0], ALONG[1] + _PANEL * (len(panels) - 1)))
     slips = runs.loc[runs["dissipation"] > 0, "dissipation"]
     low, high = (slips.min() / 3, slips.max() * 3) if len(slips) else (0.1, 10.0)
-    bounded = bool(np.isfinite(runs["load_ratio"]).all())
-    name = r"load factor over the shakedown limit, $\lambda / \lambda_2$" if bounded else r"load factor $\lambda$"
-    load = runs["load_ratio" if bounded else "load_factor"]
-    _runs(axes, table, runs.assign(load=load, work=runs["dissipation"].where(runs["dissipation"] > 0, low / 2)))
-    axes.axhline(low, color=BLACK, lw=0.6)
+    names = None if pd.api.types.is_numeric_dtype(table[along]) else {value: place for place, value in enumerate(table[along].unique())}
+    at = runs[along] if names is None else runs[along].map(names)
+    shown = runs.assign(x=at, work=runs["dissipation"].where(runs["dissipation"] > 0, low / 2))
     per_depth = " per depth" if (table["engine"] == "path").any() else ""  # in space a study has increments alone
-    axes.set(xlabel=name, yscale="log", ylim=(low / 4, high), ylabel=f"work of friction per cycle, $W$\n(force times length{per_depth})")
-    axes.annotate("$W = 0$", (1, low / 2), (5, 0), xycoords=("axes fraction", "data"), textcoords="offset points", va="center")
-    if bounded:
-        axes.axvline(1, color=BLACK, lw=0.8, linestyle="--")
-    if len(runs) < len(table):
-        axes.set_title(f"{len(table) - len(runs)} of {len(table)} runs failed")
-    return axes
+    failed = [f"{len(table) - len(runs)} of {len(table)} runs failed"] * (len(runs) < len(table))
+    for axes, value in zip(every, panels, strict=True):
+        _runs(axes, table, shown if value is None else shown[shown[rows] == value], colour)
+        axes.axhline(low, color=BLACK, lw=0.6)
+        axes.set(yscale="log", ylim=(low / 4, high), ylabel=f"work of friction per cycle, $W$\n(force times length{per_depth})")
+        axes.annotate("$W = 0$", (1, low / 2), (5, 0), xycoords=("axes fraction", "data"), textcoords="offset points", va="center")
+        if names is not None:
+            axes.set(xticks=range(len(names)), xticklabels=list(names), xlim=(-0.5, len(names) - 0.5))
+        elif along == "load_ratio":
+            axes.axvline(1, color=BLACK, lw=0.8, linestyle="--")
+        axes.set_title(", ".join([f"{_called(rows)}: {_told(value)}"] * (rows is not None) + failed))
+        failed = []
+    every[-1].set_xlabel(_called(along))
+    _legend_of_runs(every[0], table, colour)
+    return every[0] if rows is None else np.array(every)
 
 
-def _runs(axes: Axes, table: Table, runs: Table) -> None:
-    """A mark for each run at its load and work, and the legend of all runs of a study."""
-    families, frictions = ({name: k for k, name in enumerate(table[column].unique())} for column in ("family", "friction_number"))
-    several = len(frictions) > 1
-    look: Look = {"linestyle": "none", "mfc": "none"}
-    for (family, friction), rows in runs.groupby(["family", "friction_number"], sort=False):
-        color, marker = series(frictions[friction] if several else families[family])["color"], series(families[family])["marker"]
-        axes.plot(rows["load"], rows["work"], markersize=5, color=color, marker=marker, label=None if several else family, **look)
-    if several:
-        for family, number in families.items():
-            axes.plot([], [], color=BLACK, marker=series(number)["marker"], label=family, **look)
-        for friction, number in list(frictions.items())[: len(SERIES)]:
-            row = table[table["friction_number"] == friction].iloc[0]
-            scattered = rf" $\pm$ {row['friction_std']:.2g}" if row["friction_std"] > 0 else ""
-            axes.plot([], [], color=series(number)["color"], lw=3, label=f"$f$ = {row['friction']:.4g}{scattered}")
-    legend(axes, "start and friction" if several else "start")
+def _runs(axes: Axes, table: Table, runs: Table, colour: str | None) -> None:
+    """A mark for each run at its place and work: the marker of its family, the colour of its value in a column, or of its family too."""
+    families = {name: k for k, name in enumerate(table["family"].unique())}
+    colours = families if colour is None else {value: k for k, value in enumerate(table[colour].unique())}
+    for (family, value), some in runs.groupby(["family", colour or "family"], sort=False):
+        look: Look = {"color": series(colours[value])["color"], "marker": series(families[family])["marker"], "label": None if colour else family}
+        axes.plot(some["x"], some["work"], markersize=5, linestyle="none", mfc="none", **look)
+
+
+def _legend_of_runs(axes: Axes, table: Table, colour: str | None) -> None:
+    """The legend of all runs of a study."""
+    if colour is None:
+        return legend(axes, "start")
+    for number, family in enumerate(table["family"].unique()):
+        axes.plot([], [], color=BLACK, marker=series(number)["marker"], label=family, linestyle="none", mfc="none")
+    for number, (value, rows) in enumerate(list(table.groupby(colour, sort=False))[: len(SERIES)]):
+        row = rows.iloc[0]
+        scattered = rf" $\pm$ {row['friction_std']:.2g}" if row["friction_std"] > 0 else ""
+        name = f"$f$ = {row['friction']:.4g}{scattered}" if colour == "friction_number" else _told(value)
+        axes.plot([], [], color=series(number)["color"], lw=3, label=name)
+    return legend(axes, f"start and\n{_called(colour)}")
+
+
+def _called(column: str | None) -> str:
+    """A column of a study in words."""
+    return _COLUMNS.get(column or "", str(column))
+
+
+def _told(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
