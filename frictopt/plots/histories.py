@@ -13,11 +13,7 @@ from ..histories.wear import WearHistory
 from ..histories.worn_in import WornIn
 from .face import face_map, panels_of
 from .strip import label_contacts, label_panels, lines
-<<<<<<< HEAD
-from .style import BLACK, GREY, POINTS, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, picture, series
-=======
-from .style import ALONG, BLACK, FACE, GREY, POINTS, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, one_axes, picture, series
->>>>>>> front
+from .style import ALONG, BLACK, GREY, POINTS, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, picture, series
 
 _STRIP = 6.4, 2.4  # size of a picture with a row for each outcome, inches
 _ROWS = {REST: "comes to rest", SLIP: "keeps slipping", UNDECIDED: "undecided"}
