@@ -40,7 +40,7 @@ def test_the_exact_path_as_a_trajectory(punch, paper_cycle):
 def test_the_frame_has_one_row_for_each_state_and_node(punch, paper_cycle):
     path = fo.march(punch(16), paper_cycle, 0.7, 2.2, cycles=1)
     table = path.to_frame()
-    assert list(table.columns) == ["state", "time", "node", "x", "slip", "gap", "q", "p", "status", "work"]
+    assert list(table.columns) == ["state", "time", "node", "contact", "x", "slip", "gap", "q", "p", "status", "work"]
     assert len(table) == path.slip.size
     last = table[table.state == table.state.max()]
     assert np.array_equal(last.slip, path.slip[-1]) and np.array_equal(last.x, punch(16).x)

@@ -246,7 +246,7 @@ def test_a_mode_is_drawn_with_its_number_and_frequency(kind):
         drawn = np.concatenate([line.get_xydata() for line in axes.lines])
         assert all((np.abs(drawn - point).max(axis=1) < 1e-9).any() for point in moved.T)
     legend = model.with_loads({"mode": modes.load(0)}).plot().figure.legends[0]
-    assert "load mode (nodal forces, nodal forces)" in [text.get_text() for text in legend.get_texts()]
+    assert "load mode (2 x nodal forces)" in [text.get_text() for text in legend.get_texts()]
     with pytest.raises(fo.ModelError, match="k: 3; "):
         modes.plot(k=3)
     plt.close("all")

@@ -28,8 +28,8 @@ def contact_of(rng, nodes, tangents, coupling=0.5):
 def test_a_model_says_what_it_asks():
     contact = random_system(np.random.default_rng(0), 2)
     for kind in (fo.ShakedownModel, fo.GuaranteedModel, fo.SafeSlipModel):
-        assert repr(kind(contact, CYCLE)) == f"{kind.__name__}({contact}, {CYCLE})"
-    assert repr(fo.DesignModel(contact, CYCLE, preloads=["mean"])) == f"DesignModel({contact}, {CYCLE})"
+        assert repr(kind(contact, CYCLE)) == f"{kind.__name__}({contact!r}, {CYCLE})"
+    assert repr(fo.DesignModel(contact, CYCLE, preloads=["mean"])) == f"DesignModel({contact!r}, {CYCLE})"
 
 
 def agrees(limit, value, rel=1e-7):
