@@ -7,7 +7,7 @@ from .contact import (
 )
 from .contact.result import Outcome
 from .errors import FrictoptError, ModelError, ModelWarning, NoContinuation, SolverError, StoreError
-from .fem.bodies import Body, Support, split_bodies
+from .fem.bodies import Body, split_bodies
 from .fem.bolts import BoltPreload
 from .fem.condense import condense
 from .fem.contacts import Contact, Interference
@@ -20,6 +20,7 @@ from .fem.matrices.labelled import modal_load
 from .fem.matrices.meshes import read_mesh
 from .fem.model import ContactModel
 from .fem.paraview import write_paraview
+from .fem.supports import Support
 from .histories import results, starts
 from .histories.backbone import backbone_curve
 from .histories.dissipation import dissipation_study

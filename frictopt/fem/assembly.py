@@ -9,18 +9,19 @@ import numpy as np
 from scipy.sparse import block_diag, csr_matrix, diags, identity, vstack
 from scipy.sparse.csgraph import connected_components
 
-from ..contact import ROUNDING, SAME_POINT, Array, Integers, first_of, place, shown
+from ..contact import ROUNDING, SAME_POINT, Array, Booleans, Integers, first_of, place, shown
 from ..errors import ModelError
-from .bodies import Body, Support
+from .bodies import Body
 from .bolts import BoltPreload, Cut, cut_bodies, released
 from .condense import Glued
 from .contacts import Contact, Interference, check_touching, joined, shares
 from .elasticity import Kinematics, body_stiffness, midside_ties
 from .given import same_point
-from .interface import Interface, frames_of, guided, openings
+from .interface import ASKEW, Interface, blocks_of, frames_of, guided, openings, own_directions
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction, values_at
 from .mass import NodalForces
 from .rigid import NO_ROWS, assemblies, free_motions, node_graph
+from .supports import Support, along_axes, normals_along
 
 Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Displacement | Interference | BoltPreload | NodalForces
 
@@ -29,8 +30,9 @@ class Assembly:
     """The parts of a `ContactModel`; all nodes are counted body after body, of each body all x displacements come first, then all y, and so on.
 
     `points`, `rows` and `free_rows` are (nodes, d) coordinates and unknowns, -1 where held, -2 where following others by the matrix `tied`, as nodes
-    amid edges of contact faces do. A corner of several contacts is in as many of the N pairs as move independently. The pairs have number of the
-    contact, gap and width (N,), and `sides`, (N, nodes) matrices of the nodes of body 1, and of the places of body 2, that they lie at.
+    amid edges of contact faces do. Free rows are those along `directions` (nodes, d, d): of `oblique` nodes, which supports hold along other normals
+    than the axes, their own. A corner of several contacts is in as many of the N pairs as move independently. The pairs have number of the contact,
+    gap and width (N,), and `sides`, (N, nodes) matrices of the nodes of body 1, and of the places of body 2, that they lie at.
     """
 
     def __init__(
@@ -50,11 +52,7 @@ class Assembly:
         own = [np.arange(mesh.p.size).reshape(mesh.p.shape).T for mesh in meshes]
         self.rows: Integers = np.concatenate([len(mesh.p) * start + rows for start, mesh, rows in zip(first, meshes, own, strict=False)])
         self._join(contacts)
-        self.free_rows = self.rows.copy()
-        if kinematics == "axisymmetric":
-            self.free_rows[self.points[:, 0] == 0, 0] = -1
-        for support in supports:
-            self.free_rows[self.nodes("supports", support)[:, None], self.axes("supports", support.body, support.directions)] = -1
+        self._hold(supports)
         self.tied = self._tie(contacts, supports)
         self._pair(contacts)
         self._open(cuts)
@@ -67,15 +65,19 @@ class Assembly:
 
     @cached_property
     def release(self) -> tuple[csr_matrix, csr_matrix]:
-        """Matrices R and D of `u = R y + D F`, the displacements under loads F on the bodies, see `released`."""
-        return released(self.whole, self.rows, self.cuts)
+        """Matrices R and D of `u = R y + D F`, the displacements under loads F on the bodies, see `released`; y are those of the free rows."""
+        R, D = released(self.whole, self.rows, self.cuts)
+        if not len(self.oblique):
+            return R, D
+        by_rows = csr_matrix((np.ones(self.rows.size), (np.arange(self.rows.size), self.rows.ravel())), shape=R.shape)
+        return csr_matrix(R @ by_rows.T @ blocks_of(self.directions.swapaxes(1, 2)) @ by_rows), D
 
     @cached_property
     def glued(self) -> Glued:
         """The bodies, with the faces of each cut tied across its axis, and their pairs, with normals that free bodies slide along."""
-        K = csr_matrix(self.release[0].T @ self.whole @ self.release[0]) if self.cuts else self.whole
+        K = csr_matrix(self.release[0].T @ self.whole @ self.release[0]) if self.cuts or len(self.oblique) else self.whole
         rows, x, graph = self.free_rows, self.points, node_graph(K, self.free_rows)
-        motions = free_motions(K, rows, x, connected_components(graph, directed=False)[1])
+        motions = free_motions(K, rows, x, connected_components(graph, directed=False)[1], directions=self.pairs.directions)
         return Glued(K, rows, x, graph, self.pairs.sliding(motions, rows), motions, self._called, NO_ROWS)
 
     def body(self, argument: str, name: str) -> Body:
@@ -99,6 +101,31 @@ class Assembly:
     def nodes(self, argument: str, part: Support | Displacement) -> Integers:
         """Nodes that a support holds, or a displacement moves."""
         return np.asarray(nodes_of(self.body(argument, part.body), part) + self.first_node[part.body])
+
+    def _hold(self, supports: Sequence[Support]) -> None:
+        """Hold what supports hold; the nodes that one of them holds along an oblique normal have directions of their own."""
+        d, held, oblique = self.points.shape[1], np.zeros(self.points.shape, dtype=bool), defaultdict[int, list[Array]](list)
+        if self.kinematics == "axisymmetric":
+            held[self.points[:, 0] == 0, 0] = True
+        for support in supports:
+            if not support.normal:
+                held[self.nodes("supports", support)[:, None], self.axes("supports", support.body, support.directions)] = True
+                continue
+            nodes, normals = normals_along(self.body("supports", support.body), support)
+            straight, most = along_axes(normals)
+            nodes = nodes + self.first_node[support.body]
+            held[nodes[straight], most[straight]] = True
+            for node, normal in zip(nodes[~straight].tolist(), normals[~straight], strict=True):
+                oblique[node].append(normal)
+        self.free_rows, self.directions = np.where(held, -1, self.rows), np.tile(np.eye(d), (len(held), 1, 1))
+        self.oblique = np.array(sorted(oblique), dtype=np.intp)
+        for node, along in oblique.items():
+            self.directions[node], count = own_directions([*along, *np.eye(d)[held[node]]])
+            self.free_rows[node] = np.where(np.arange(d) < count, -1, self.rows[node])
+
+    def _held(self, nodes: Integers, direction: Array, rows: Booleans) -> Booleans:
+        """(n,) whether some nodes are held along a direction, or in part, of those of their rows (nodes, d) that are said."""
+        return np.asarray((rows[nodes] & (np.abs(self.directions[nodes] @ direction) > SAME_POINT)).any(axis=1))
 
     def _join(self, contacts: Sequence[Contact]) -> None:
         """Join the nodes of each contact; none is forgotten."""
@@ -124,11 +151,25 @@ class Assembly:
         for support in supports:
             if not isinstance(support.where, str) and np.isin(self.nodes("supports", support), links.row // self.points.shape[1]).any():
                 raise ModelError(f"supports: {support} is a midside node of a contact face, which follows the corners; hold corners")
+        self._let_follow(links.row // self.points.shape[1], links.col // self.points.shape[1])
         free = self.free_rows.ravel()[links.row] >= 0
         row, column, follows = unknowns[links.row[free]], unknowns[links.col[free]], np.zeros(len(unknowns))
         follows[row] = 1.0
         self.free_rows[follows[self.rows] > 0] = -2
         return csr_matrix(diags(1 - follows) + csr_matrix((links.data[free], (row, column)), shape=(len(follows),) * 2))
+
+    def _let_follow(self, midside: Integers, corners: Integers) -> None:
+        """Let midside nodes that are held along oblique normals follow their corners, if these are held so: all stay in the plane."""
+        held = self.free_rows < 0
+        for node in np.intersect1d(midside, self.oblique).tolist():
+            near = np.unique(corners[midside == node])
+            along = np.einsum("nk,nkw->nw", held[near], (self.directions[near] @ self.directions[node][held[node]].T) ** 2)
+            if along.min() < 1 - ASKEW:
+                raise ModelError(
+                    f"supports: the midside node at {place(self.points[node])} of a contact face follows the corners of the face, which are not held "
+                    "along its normal; hold a plane, or mesh with linear elements"
+                )
+            self.free_rows[node], self.directions[node] = self.rows[node], np.eye(self.points.shape[1])
 
     def _pair(self, contacts: Sequence[Contact]) -> None:
         """Make the pairs of all contacts, one contact after the other."""
@@ -143,8 +184,9 @@ class Assembly:
         others[links.row[lie]] = links.col[lie]
         kept, means, normals = shares(contacts, number, ones, others, self.points[ones], normals, widths, near)
         opening = csr_matrix(means @ openings(ones, projection))
-        normals, able = guided(ones[kept], opening, self.free_rows, normals, self.points, near)
-        self.pairs = Interface(ones[kept], opening, frames_of(normals), able)
+        directions = self.directions if len(self.oblique) else None
+        normals, ways, able = guided(ones[kept], opening, self.free_rows, normals, self.points, near, directions)
+        self.pairs = Interface(ones[kept], opening, frames_of(normals, ways), able, directions)
         self.sides = identity(len(self.points), format="csr")[ones[kept]], projection[kept]
         self.contact, self.gap, self.width = number[kept], np.asarray(means @ gap), np.asarray((means > 0) @ np.where(ones == others, 0.0, widths))
 
@@ -153,8 +195,7 @@ class Assembly:
         self.cuts, taken = [], self.pairs.opening.indices
         for cut in cuts:
             near, far = (self.first_node[cut.bolt.body] + face for face in (cut.near, cut.far))
-            held = self.free_rows[near][:, np.abs(cut.axis) > SAME_POINT].min() < 0
-            if held or np.isin(taken, [near, far]).any():
+            if self._held(near, cut.axis, self.free_rows < 0).any() or np.isin(taken, [near, far]).any():
                 raise ModelError(
                     f"bolt {cut.bolt.body!r}: its section at {place(self.points[near].mean(axis=0))} has nodes in a contact, in another section, or "
                     "held along the axis; put it where the shank is free"
@@ -168,7 +209,7 @@ class Assembly:
         for cut in self.cuts:
             ends = {int(part[cut.near[0]]), int(part[cut.far[0]])}
             for end in ends if len(ends) == 2 else ():
-                if not np.any(self.free_rows[part == end][:, np.abs(cut.axis) > SAME_POINT] == -1):
+                if not self._held(np.flatnonzero(part == end), cut.axis, self.free_rows == -1).any():
                     raise ModelError(
                         f"bolt {cut.bolt.body!r}: nothing holds what is around {place(self.points[part == end].mean(axis=0))} against the force "
                         "along the axis; add the Contact of the head or the nut there, or a Support"
@@ -217,7 +258,8 @@ class Assembly:
     def _check_felt(self, argument: str, parts: Sequence[Load], forces: Array) -> None:
         """Check that supports do not take all of a load case of boundaries where it acts."""
         named = [(part.body, part.boundary) for part in parts if isinstance(part, Traction | Pressure)]
-        felt, most = np.abs(forces[self.rows[self.free_rows != -1]]).max(initial=0.0), np.abs(forces).max()
+        along = np.einsum("nka,na->nk", self.directions, forces[self.rows])
+        felt, most = np.abs(along[self.free_rows != -1]).max(initial=0.0), np.abs(forces).max()
         if len(named) == len(parts) and felt <= ROUNDING * most and most > 0:
             own = [support for support in self.supports if support.body in dict(named)]
             where = " and ".join(f"{name!r} of body {body!r}" for body, name in named)
@@ -231,6 +273,8 @@ class Assembly:
             if amount is None:
                 continue
             (axis,) = self.axes(argument, part.body, name)
+            if np.isin(nodes, self.oblique).any():
+                raise ModelError(f"{argument}: {part} moves nodes that a Support holds along oblique normals; hold them along x, y or z")
             unknowns, values = self.rows[nodes, axis], values_at(f"displacement {name}", amount, self.points[nodes].T)
             if np.any(self.free_rows[nodes, axis] != -1):
                 raise ModelError(f"{argument}: {part} moves nodes in {name} that no support holds; hold them by a Support")

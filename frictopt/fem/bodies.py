@@ -1,16 +1,15 @@
-"""The parts of a contact model: bodies, of their own meshes or of one that is split, and supports."""
+"""The bodies of a contact model, of their own meshes or of one that is split."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 from skfem import Mesh
 
-from ..contact import Array, Integers, check_text, choice, finite_numbers, first_of, shown
+from ..contact import Array, Integers, check_text, choice, first_of, shown
 from ..errors import ModelError
 from .elasticity import (
     ELEMENT_NAMES,
@@ -26,9 +25,6 @@ from .elasticity import (
     quadratic,
     through_corners,
 )
-
-Place = str | tuple[float, ...]
-"""Name of a boundary, or the coordinates of one node."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,56 +109,6 @@ class Body:
         linear = copy(self)  # one body still where a bolt cuts it
         object.__setattr__(linear, "mesh", through_corners(self.mesh))
         return linear
-
-
-@dataclass(frozen=True)
-class Support:
-    """A support: nodes of one body whose displacements are zero.
-
-    Parameters
-    ----------
-    body
-        Name of the body in its model.
-    where
-        Name of a boundary, or the coordinates (x, y), in space (x, y, z), of one node.
-    directions
-        The displacements that are zero: "x", "y", "z", or several of them, such as "xy"; None: all that the body has.
-
-    Raises
-    ------
-    ModelError
-        No such directions, a body that is no text, a place that is neither a text nor a point.
-
-    Examples
-    --------
-    >>> import frictopt as fo
-    >>> fo.Support("block", "bottom", "y")
-    Support(body='block', where='bottom', directions='y')
-    >>> fo.Support("block", (0, -1), "x")
-    Support(body='block', where=(0.0, -1.0), directions='x')
-    """
-
-    body: str
-    where: Place
-    directions: Literal["x", "y", "z", "xy", "xz", "yz", "xyz"] | None = None
-
-    def __post_init__(self) -> None:
-        check_text("body", self.body, "the name of a body of the model")
-        if self.directions is not None:
-            choice("directions", self.directions, ("x", "y", "z", "xy", "xz", "yz", "xyz"))
-        object.__setattr__(self, "where", checked_place(self.where))
-
-
-def checked_place(where: object) -> Place:
-    """Check the name of a boundary or the coordinates of a point."""
-    return where if isinstance(where, str) else checked_point("where", where, "the name of a boundary or one point (x, y), in space (x, y, z)")
-
-
-def checked_point(name: str, point: object, words: str, sizes: tuple[int, ...] = (2, 3)) -> tuple[float, ...]:
-    """Check a row of two or three coordinates, which error messages describe in words."""
-    if not isinstance(point, tuple | list) or len(point) not in sizes:
-        raise ModelError(f"{name}: {shown(point)}; give {words}")
-    return tuple(finite_numbers(name, point))
 
 
 def check_kind(mesh: Mesh) -> None:

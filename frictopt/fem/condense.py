@@ -140,7 +140,7 @@ def condense(
     n, x = len(nodes), where[nodes]
     names = checked_contact("contact", ["contact"] * n if contact is None else contact, n).tolist()
     opening = openings(nodes, P)
-    directions, able = guided(nodes, opening, rows, checked_normals(normals, x.shape), where, same_point(where))
+    directions, _, able = guided(nodes, opening, rows, checked_normals(normals, x.shape), where, same_point(where))
     frames = frames_of(directions)
     apart = checked_gap(gap, x, x - P @ where, frames[:, -1], same_point(where))
     F = {name: finite_array(f"loads[{name!r}]", force, K.shape[:1]) for name, force in checked_cases("loads", loads, "nodal forces").items()}

@@ -1,9 +1,10 @@
 """Pairs of nodes that can move relative to each other, their directions, their sides, and their order and widths along contacts in the plane."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from scipy.linalg import qr
@@ -19,6 +20,8 @@ _ASIDE = 1e3 * CONDENSATION  # share of its distance by which a node may be asid
 _ONE, _ALL = 8, 0.75  # nodes of one element, which are all joined; share of all nodes that are joined in models that are reduced
 _LIES = 0.5  # least share of a normal in a plane of symmetry: it may lean by half the angle of an edge beside it
 _NEARLY = 1e-4  # a rigid motion that opens no pair by more of its slip slides along them: so do coordinates of five digits, and no wedge
+_APART = 1e-4  # sine of the angle between two normals from which on a node is held along both
+ASKEW = 1e-6  # squared sine of the angle up to which two nodes are held along one normal
 _ALONG = 0.9  # share of x in a normal from which on the first tangent is taken from y
 
 
@@ -33,6 +36,7 @@ class Interface:
     opening: csr_matrix  # (N, all nodes) matrix M; its rows add up to 0
     frames: Array  # (N, d, d) orthonormal directions: `frames[i, r]` is direction r at pair i, the tangents first, the normal last
     able: csr_matrix  # (N, all nodes) entries of M at the nodes that may follow the others of their pair, see `guided`
+    directions: Array | None = None  # (all nodes, d, d) orthonormal directions of the unknowns of each node, its rows; None: the axes
 
     @cached_property
     def followers(self) -> tuple[Integers, csr_matrix, csr_matrix]:
@@ -78,6 +82,12 @@ class Interface:
         return csr_matrix(diags(others) + identity(len(others), format="csr")[:, following] @ Q)
 
     @cached_property
+    def _by_directions(self) -> csr_matrix:
+        """(nodes d, nodes d) matrix of the displacements of all nodes along the axes by those in their directions."""
+        n, d = self.opening.shape[1], self.frames.shape[1]
+        return identity(n * d, format="csr") if self.directions is None else blocks_of(self.directions.swapaxes(1, 2))
+
+    @cached_property
     def _turned(self) -> csr_matrix:
         """(N d, d N) matrix of the relative motions in space, pair by pair, by those in the directions, direction by direction."""
         n, d, _ = self.frames.shape
@@ -95,13 +105,19 @@ class Interface:
         free[following] = False
         columns = np.where(free, np.cumsum(free).reshape(free.shape) - 1, -1)
         drives = identity(len(unknowns), format="csr")[:, following] @ W
-        own = kron(self._spread, each, format="csr")[:, np.flatnonzero(free)]
-        return csr_matrix(_rows(unknowns, size).T @ hstack([own, kron(drives, each) @ self._turned])), columns
+        own = csr_matrix(kron(self._spread, each, format="csr") @ self._by_directions)[:, np.flatnonzero(free)]
+        T = csr_matrix(_rows(unknowns, size).T @ self._by_directions.T @ hstack([own, kron(drives, each) @ self._turned]))
+        if self.directions is not None:  # across an oblique plane nothing moves, and rounding is no motion
+            T.data[np.abs(T.data) <= ROUNDING] = 0.0
+            T.eliminate_zeros()
+        return T, columns
 
     def relative(self, u: csr_matrix, unknowns: Integers) -> Array:
         """(d N, k) relative motions, direction by direction, of displacements u (size, k)."""
-        moves = (unknowns[self.followers[0]] >= 0).astype(float)  # no pair moves across a plane of symmetry
-        apart = diags(moves.ravel()) @ kron(self.opening, identity(unknowns.shape[1])) @ (_rows(unknowns, u.shape[0]) @ u)
+        following, d = self.followers[0], unknowns.shape[1]
+        moves = diags((unknowns[following] >= 0).astype(float).ravel())  # no pair moves across a plane of symmetry
+        own = identity(len(following) * d) if self.directions is None else blocks_of(self.directions[following])
+        apart = own.T @ moves @ own @ kron(self.opening, identity(d)) @ (self._by_directions @ (_rows(unknowns, u.shape[0]) @ u))
         return np.asarray((self._turned.T @ apart).toarray())
 
     def sliding(self, motions: csr_matrix, unknowns: Integers) -> "Interface":
@@ -115,7 +131,8 @@ class Interface:
         lean = np.linalg.solve(square, np.einsum("ain,in->ia", along, lift)[..., None])
         if not ROUNDING < np.abs(lean).max() <= _NEARLY:  # they slide, and zeros stay exact; or a few nodes of many wedge them
             return self
-        return replace(self, frames=frames_of(self.frames[:, -1] - np.sum(lean * self.frames[:, :-1], axis=1)))
+        normals = self.frames[:, -1] - np.sum(lean * self.frames[:, :-1], axis=1)
+        return replace(self, frames=frames_of(normals, None if self.directions is None else self.frames[:, 0]))
 
     def glued_graph(self, graph: csr_matrix) -> csr_matrix:
         """Adjacency of the nodes when some follow others, from that of the bodies."""
@@ -129,6 +146,23 @@ def _rows(unknowns: Integers, size: int) -> csr_matrix:
     return csr_matrix((np.ones(len(listed)), (listed, unknowns.ravel()[listed])), shape=(unknowns.size, size))
 
 
+def own_directions(held: Iterable[Array]) -> tuple[Array, int]:
+    """(d, d) orthonormal directions of a node, those first that span the directions in which it is held, and the number of these."""
+    spanned: list[Array] = []
+    for one in held:
+        rest = one - sum((found * (found @ one) for found in spanned), np.zeros(len(one)))
+        if (size := float(np.linalg.norm(rest))) > _APART:
+            spanned.append(rest / size)
+    return np.asarray(np.linalg.qr(np.transpose(spanned), mode="complete")[0].T), len(spanned)
+
+
+def blocks_of(blocks: Array) -> csr_matrix:
+    """(n d, n d) matrix with blocks (n, d, d) on its diagonal."""
+    n, d, _ = blocks.shape
+    columns = np.broadcast_to(d * np.arange(n)[:, None, None] + np.arange(d), blocks.shape)
+    return csr_matrix((blocks.ravel(), columns.ravel(), d * np.arange(n * d + 1)))
+
+
 def openings(nodes: Integers, projection: csr_matrix) -> csr_matrix:
     """(N, all nodes) matrix of the relative motions of some nodes and the places `sum_j P_ij u_j`."""
     opening = csr_matrix(identity(projection.shape[1], format="csr")[nodes] - projection)
@@ -136,11 +170,12 @@ def openings(nodes: Integers, projection: csr_matrix) -> csr_matrix:
     return opening
 
 
-def frames_of(normals: Array) -> Array:
+def frames_of(normals: Array, ways: Array | None = None) -> Array:
     """(N, d, d) tangents and unit normals, from (N, d) normals of any length.
 
     In the plane the tangent is the normal turned by -90 degrees. In space the first tangent is x less its part along the normal (y where the normal
-    is nearly x), and the second one is normal times first tangent: normal z has the tangents x and y.
+    is nearly x), or a way (N, d) that is given and not zero less that part. The second one is normal times first tangent: normal z has the tangents x
+    and y.
     """
     lengths = np.linalg.norm(normals, axis=1)
     if not lengths.min() > 0:
@@ -149,21 +184,28 @@ def frames_of(normals: Array) -> Array:
     if n.shape[1] == 2:
         return np.stack([np.column_stack([n[:, 1], -n[:, 0]]), n], axis=1)
     axis = np.where(np.abs(n[:, :1]) < _ALONG, np.eye(3)[0], np.eye(3)[1])
+    if ways is not None:
+        axis = np.where(np.any(ways, axis=1, keepdims=True), ways, axis)
     first = axis - np.sum(axis * n, axis=1)[:, None] * n
     first = first / np.linalg.norm(first, axis=1)[:, None]
     return np.stack([first, np.cross(n, first), n], axis=1)
 
 
-def guided(nodes: Integers, opening: csr_matrix, unknowns: Integers, normals: Array, points: Array, near: float) -> tuple[Array, csr_matrix]:
-    """(N, d) normals of the pairs `sum_j M_ij u_j` of nodes of bodies 1, and the entries of M at nodes that may follow the others of their pair.
+def guided(
+    nodes: Integers, opening: csr_matrix, unknowns: Integers, normals: Array, points: Array, near: float, directions: Array | None = None
+) -> tuple[Array, Array, csr_matrix]:
+    """(N, d) normals of the pairs `sum_j M_ij u_j` of nodes of bodies 1; ways; and the entries of M at nodes that may follow others of their pair.
 
     A pair cannot slip along an axis in which supports hold all its nodes, or hold those of both bodies on a plane of symmetry, or on the axis of
     axisymmetric bodies, where the others lie on one side: what these would add is taken away by their mirror images. Its normal, of facets on one
     side alone, lies in the plane. A node may follow that is held where its pair cannot slip, and nowhere else in any of its pairs: then no other
-    node depends on what it does along the axes in which it is held.
+    node depends on what it does along the axes in which it is held. Axes are those of the pair, where a node of it has directions of its own.
+    Its way (N, d) is then the one along which it cannot slip, else zero.
     """
-    links, held = opening.tocoo(), unknowns < 0
-    aside, fixed = points[links.col] - points[nodes[links.row]], held[links.col]
+    links = opening.tocoo()
+    own, fixed = _held(links, unknowns < 0, directions, points[nodes])
+    aside = np.einsum("lka,la->lk", own[links.row], points[links.col] - points[nodes[links.row]])
+    normals = np.einsum("nka,na->nk", own, normals)
     on = fixed & (np.abs(aside) <= near)
 
     def some(found: Booleans) -> Booleans:
@@ -175,7 +217,28 @@ def guided(nodes: Integers, opening: csr_matrix, unknowns: Integers, normals: Ar
     across &= (np.linalg.norm(within, axis=1) > _LIES * np.linalg.norm(normals, axis=1))[:, None]
     slips = ~across[links.row]
     follows = (fixed != slips).all(axis=1) & ~np.isin(links.col, links.col[(fixed & slips).any(axis=1)])
-    return np.where(across, 0.0, normals), csr_matrix((links.data[follows], (links.row[follows], links.col[follows])), shape=opening.shape)
+    within, ways = np.einsum("nk,nka->na", np.where(across, 0.0, normals), own), np.einsum("nk,nka->na", across * 1.0, own)
+    ways[(across.sum(axis=1) != 1) | np.all(own == np.eye(own.shape[1]), axis=(1, 2))] = 0.0
+    return within, ways, csr_matrix((links.data[follows], (links.row[follows], links.col[follows])), shape=opening.shape)
+
+
+def _held(links: Any, held: Booleans, directions: Array | None, places: Array) -> tuple[Array, Booleans]:
+    """(N, d, d) directions of the pairs, and (links, d) in which of them the nodes of a pair are held."""
+    n, d = places.shape
+    own = np.tile(np.eye(d), (n, 1, 1))
+    if directions is None:
+        return own, held[links.col]
+    oblique = (directions != np.eye(d)).any(axis=(1, 2))[links.col]
+    for i in np.unique(links.row[oblique]).tolist():
+        nodes = links.col[links.row == i]
+        own[i] = own_directions(directions[nodes][held[nodes]])[0]
+    share = np.einsum("lm,lmk->lk", held[links.col], np.einsum("lma,lka->lmk", directions[links.col], own[links.row]) ** 2)
+    if (k := first_of((np.abs(share - 0.5) < 0.5 - ASKEW).any(axis=1))) is not None:
+        raise ModelError(
+            f"supports: the nodes of the contact at {place(places[links.row[k]])} are held along different normals; give the faces of both bodies "
+            "that lie in one plane, or on one cylinder, supports of the same kind"
+        )
+    return own, share > 0.5
 
 
 def check_course(points: Array, frames: Array, names: Sequence[str]) -> None:

@@ -10,8 +10,9 @@ from skfem import Basis
 
 from ..contact import Array, check_text, finite_array, finite_number, shown
 from ..errors import ModelError
-from .bodies import Body, Place, checked_place, checked_point
+from .bodies import Body
 from .elasticity import Amount, Kinematics, basis_of, boundary_forces, element_means, gradient_forces, volume_forces
+from .supports import Place, checked_place, checked_point
 
 # `_forces` of a load are (d, nodes) nodal forces on its body: in the plane per depth, axisymmetric those of the whole circumference.
 

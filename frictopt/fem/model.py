@@ -17,7 +17,7 @@ from ..contact.checks import Array, checked_cases, checked_loads, checked_units,
 from ..contact.parts import compliances
 from ..errors import ModelError, ModelWarning
 from .assembly import Assembly, Load
-from .bodies import Body, Support, checked_kinematics
+from .bodies import Body, checked_kinematics
 from .bolts import bolts_of, by_their_forces
 from .condense import condensed
 from .contacts import Contact, Joint
@@ -26,6 +26,7 @@ from .interface import check_course
 from .loads import Expansion
 from .modes import Vibrating
 from .recovery import BodyFields, Recovery, Steady, Viewed, strain_and_stress, warn_of_open_nodes
+from .supports import Support
 
 _UNITS_APART = 2e5  # Pa and MPa differ by 1e6, rubber and steel by up to 1e5
 _SIZES_APART = 500.0  # mm and m differ by 1000, a pad and a half-plane by some hundred

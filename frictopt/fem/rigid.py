@@ -33,12 +33,14 @@ def node_graph(K: csr_matrix, unknowns: Integers, generalised: Integers = NO_ROW
     return csr_matrix(graph + links + links.T)
 
 
-def free_motions(K: csr_matrix, unknowns: Integers, points: Array, body: Integers, generalised: Integers = NO_ROWS) -> csr_matrix:
+def free_motions(
+    K: csr_matrix, unknowns: Integers, points: Array, body: Integers, generalised: Integers = NO_ROWS, directions: Array | None = None
+) -> csr_matrix:
     """(size, k) rigid motions, of one body each, that need no force; orthonormal.
 
-    Arguments are those of `Glued`, and the (nodes,) number of the body of each node. Generalised coordinates follow without force.
+    Arguments are those of `Glued` and `Interface`, and the (nodes,) number of the body of each node. Generalised coordinates follow without force.
     """
-    rigid = _rigid_motions(points, body)
+    rigid = _rigid_motions(points, body, directions)
     listed = unknowns >= 0
     u = np.zeros((K.shape[0], rigid.shape[2]))
     u[unknowns[listed]] = rigid[listed]
@@ -87,11 +89,11 @@ def assemblies(graph: csr_matrix, interface: Interface) -> Integers:
 def check_supports(K: csr_matrix, unknowns: Integers, points: Array, graph: csr_matrix, interface: Interface, generalised: Integers) -> None:
     """Check that no rigid motion is left to bodies that are glued together."""
     assembly = assemblies(graph, interface)
-    left = free_motions(K, unknowns, points, assembly, generalised)
+    left = free_motions(K, unknowns, points, assembly, generalised, interface.directions)
     if left.shape[1]:
         node = int(np.flatnonzero((unknowns == left.tocoo().row[0]).any(axis=1))[0])
         group = assembly == assembly[node]
-        free = _in_words(left, unknowns[group], points[group])
+        free = _in_words(left, unknowns[group], points[group], None if interface.directions is None else interface.directions[group])
         raise ModelError(
             f"supports: the body at {place(points[node])}, with all that contacts glue to it, can still {free}; "
             "add a Support (or rows in `held`) against it, and leave out what touches nothing"
@@ -131,12 +133,12 @@ def balanced(S: Array, R: Array, F: Array, motions: csr_matrix, relative: Array)
     return np.asarray(S - (S @ rigid) @ rigid.T), np.asarray(R - rigid @ excess)
 
 
-def _in_words(motions: csr_matrix, unknowns: Integers, points: Array) -> str:
+def _in_words(motions: csr_matrix, unknowns: Integers, points: Array, directions: Array | None) -> str:
     """The rigid motions of some glued nodes, as what they can still do."""
     d, names = points.shape[1], "xyz"
     rows = motions[unknowns.ravel()].toarray() * (unknowns >= 0).ravel()[:, None]
     rows = rows[:, np.abs(rows).max(axis=0) > 0]
-    basis = _rigid_motions(points, np.zeros(len(points), dtype=np.intp)).reshape(-1, d * (d + 1) // 2)
+    basis = _rigid_motions(points, np.zeros(len(points), dtype=np.intp), directions).reshape(-1, d * (d + 1) // 2)
     known = (unknowns > -2).ravel()  # the others follow
     parts = np.linalg.lstsq(basis[known], rows[known])[0]
     turns, sizes, mixed = np.linalg.svd(parts[d:] / np.linalg.norm(parts, axis=0))
@@ -157,8 +159,8 @@ def _axes(basis: Array, names: str) -> str:
     return " and ".join(place((vector * np.sign(vector[np.abs(vector).argmax()])).round(6) + 0.0) for vector in basis.T)
 
 
-def _rigid_motions(points: Array, body: Integers) -> Array:
-    """(nodes, d, k) displacements in the translations and turns about the middle of each body, at most 1."""
+def _rigid_motions(points: Array, body: Integers, directions: Array | None) -> Array:
+    """(nodes, d, k) displacements in the translations and turns about the middle of each body, at most 1; in the directions of each node, if any."""
     count, d = np.bincount(body), points.shape[1]
     centre = np.column_stack([np.bincount(body, weights=column) / count for column in points.T])
     arm = points - centre[body]
@@ -171,4 +173,5 @@ def _rigid_motions(points: Array, body: Integers) -> Array:
             turn = np.zeros(points.shape)
             turn[:, a], turn[:, b] = -arm[:, b], arm[:, a]
             columns.append(turn)
-    return np.stack(columns, axis=-1)
+    motions = np.stack(columns, axis=-1)
+    return motions if directions is None else np.asarray(directions @ motions)

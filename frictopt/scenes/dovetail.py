@@ -8,11 +8,12 @@ from skfem import MeshQuad
 
 from ..contact import SAME_POINT, Array, Booleans
 from ..errors import ModelError
-from ..fem.bodies import Body, Support
+from ..fem.bodies import Body
 from ..fem.contacts import Contact
 from ..fem.elasticity import Material
 from ..fem.loads import Traction
 from ..fem.model import ContactModel
+from ..fem.supports import Support
 from .scene import Scene, along, away
 
 _CLEARANCE = 0.2  # of the slot beside neck and foot, over their height

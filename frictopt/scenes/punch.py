@@ -9,11 +9,12 @@ from skfem import MeshHex, MeshQuad
 
 from ..contact import Array, ContactSystem, choice, finite_number, frozen, shown
 from ..errors import ModelError
-from ..fem.bodies import Body, Support
+from ..fem.bodies import Body
 from ..fem.contacts import Contact
 from ..fem.elasticity import ELEMENT_NAMES, ElementName, Material
 from ..fem.loads import Traction
 from ..fem.model import ContactModel
+from ..fem.supports import Support
 from .scene import Scene, along, away
 
 

@@ -8,11 +8,12 @@ from skfem import MeshQuad
 
 from ..contact import SAME_POINT, Array, Integers
 from ..errors import ModelError
-from ..fem.bodies import Body, Support
+from ..fem.bodies import Body
 from ..fem.contacts import Contact, Interference
 from ..fem.elasticity import Material
 from ..fem.loads import BodyForce, Traction
 from ..fem.model import ContactModel
+from ..fem.supports import Support
 from .scene import Scene, along, away
 
 

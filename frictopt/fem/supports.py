@@ -1,0 +1,105 @@
+"""Supports: what they hold, along axes or along the normals of a boundary, and the directions of the nodes that are held so."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from ..contact import SAME_POINT, Array, Booleans, Integers, check_text, choice, finite_numbers, first_of, place, shown
+from ..contact.checks import flag
+from ..errors import ModelError
+from .bodies import Body
+from .elasticity import corner_weights, facet_nodes, places_of
+from .faces import facets_around, node_normals, normals_of
+
+_EDGE = 0.9  # least cosine between the normal of a node and those of the facets around it: as of faces that go on as one
+
+Place = str | tuple[float, ...]
+"""Name of a boundary, or the coordinates of one node."""
+
+
+@dataclass(frozen=True)
+class Support:
+    """A support: nodes of one body whose displacements are zero.
+
+    Parameters
+    ----------
+    body
+        Name of the body in its model.
+    where
+        Name of a boundary, or the coordinates (x, y), in space (x, y, z), of one node.
+    directions
+        The displacements that are zero: "x", "y", "z", or several of them, such as "xy"; None: all that the body has.
+    normal
+        True: each node of the boundary is held along the normal there and free across it, as on an oblique plane of symmetry or in a cylinder.
+        `directions` is then None, and no `Displacement` moves the nodes. Where two such boundaries meet, a node is held along both normals.
+
+    Raises
+    ------
+    ModelError
+        No such directions, a body that is no text, a place that is neither a text nor a point; `normal` with directions or of a single node. In a
+        model: a boundary with an edge, where a node has two normals.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> fo.Support("block", "bottom", "y")
+    Support(body='block', where='bottom', directions='y', normal=False)
+    >>> fo.Support("block", (0, -1), "x")
+    Support(body='block', where=(0.0, -1.0), directions='x', normal=False)
+    >>> sector = [fo.Support("flange", cut, normal=True) for cut in ("first cut", "second cut")]
+    """
+
+    body: str
+    where: Place
+    directions: Literal["x", "y", "z", "xy", "xz", "yz", "xyz"] | None = None
+    normal: bool = False
+
+    def __post_init__(self) -> None:
+        check_text("body", self.body, "the name of a body of the model")
+        if self.directions is not None:
+            choice("directions", self.directions, ("x", "y", "z", "xy", "xz", "yz", "xyz"))
+        object.__setattr__(self, "where", checked_place(self.where))
+        if flag("normal", self.normal) and (self.directions is not None or not isinstance(self.where, str)):
+            given = f"directions {shown(self.directions)}" if self.directions is not None else f"where: {self.where}"
+            raise ModelError(f"{given} with normal=True; name a boundary, and leave the directions out")
+
+
+def checked_place(where: object) -> Place:
+    """Check the name of a boundary or the coordinates of a point."""
+    return where if isinstance(where, str) else checked_point("where", where, "the name of a boundary or one point (x, y), in space (x, y, z)")
+
+
+def checked_point(name: str, point: object, words: str, sizes: tuple[int, ...] = (2, 3)) -> tuple[float, ...]:
+    """Check a row of two or three coordinates, which error messages describe in words."""
+    if not isinstance(point, tuple | list) or len(point) not in sizes:
+        raise ModelError(f"{name}: {shown(point)}; give {words}")
+    return tuple(finite_numbers(name, point))
+
+
+def normals_along(body: Body, support: Support) -> tuple[Integers, Array]:
+    """Nodes of a body that a support holds along their normals, and these unit normals (n, d); nodes amid edges have the mean of their corners'."""
+    mesh, facets = body.mesh, body.boundary(str(support.where), f"support of body {support.body!r}")
+    corners, points = facets_around(mesh, facets), mesh.p.T
+    own = _unit(node_normals(corners, points))
+    lean = np.einsum("fcd,fd->fc", own[corners], normals_of(points[corners])).min(axis=1)
+    if (i := first_of(lean < _EDGE, -lean)) is not None:
+        raise ModelError(
+            f"supports: {support} has an edge around {place(points[corners[i]].mean(axis=0))}, where its nodes have two normals; name the face on "
+            "either side of the edge, and give each a support, or mesh a curved face finer"
+        )
+    elements, _ = places_of(mesh, facets)
+    total = np.zeros_like(points)
+    np.add.at(total, mesh.dofs.element_dofs[:, elements], np.einsum("lc,cfd->lfd", corner_weights(type(mesh)), own[mesh.t[:, elements]]))
+    nodes = facet_nodes(mesh, facets)
+    return nodes, _unit(total)[nodes]
+
+
+def _unit(vectors: Array) -> Array:
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1), np.finfo(float).tiny)[:, None])
+
+
+def along_axes(normals: Array) -> tuple[Booleans, Integers]:
+    """(n,) which of some unit normals (n, d) are along axes, and along which one each is most."""
+    most = np.abs(normals).argmax(axis=1)
+    return np.sum(normals**2, axis=1) - np.take_along_axis(normals, most[:, None], axis=1)[:, 0] ** 2 <= SAME_POINT**2, most
