@@ -43,7 +43,7 @@ def test_the_range_holds_the_curve_and_the_limits_hold_the_range(tables, name):
 def test_the_bolted_joint_slips_more_with_the_load_and_its_limit_lies_far_below_the_load_that_slides_it_off(tables):
     for _, rows in tables["backbone_meshes"].groupby("elements"):
         assert (np.diff(rows["work"]) > 0).all() and (np.diff(rows["slipping"]) > 0).all() and rows["slipping"].between(0, 1).all()
-        assert (rows["shakedown_share"] < 0.1).all() and (rows["open"] > 0).all() and (rows["outcome"] == "CYCLIC_SLIP").all()
+        assert (rows["shakedown_share"] < 0.2).all() and (rows["open"] > 0).all() and (rows["outcome"] == "CYCLIC_SLIP").all()
 
 
 def test_the_glued_lap_joint_is_a_beam_of_three_parts():
