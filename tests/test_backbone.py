@@ -61,6 +61,22 @@ def test_damping_below_the_guaranteed_limit_where_a_node_opens_and_closes():
     assert curve.least_damping[0] <= min(damping) + 1e-12 and curve.most_damping[0] >= max(damping) * (1 - 1e-9)
 
 
+def test_the_frequency_of_a_mode_may_be_that_with_open_nodes():
+    """What a state with the open node vibrates with, seen by a load so small that nothing slips and nothing closes."""
+    loads = {"P": ([0.2, -0.2], [1.2, 0.1]), "Q": ([-0.5, 1.3], [0.7, 0.9])}
+    A, B, C = [[2.3, -0.4], [-0.4, 1.4]], [[-0.2, 0.8], [0.5, -0.2]], [[4.3, 0.0], [0.0, 2.6]]
+    pair = fo.ContactSystem.from_blocks(A, B, C, [0.0, 1.0], loads, gap=[0.0, 0.1], compliance=2 * np.eye(2))
+    asked = pair, opposed("Q", {"P": 1.0}), [0.5, 0.4]
+    rest = fo.backbone_curve(*asked, [1e-3])
+    assert rest.outcome == ("SHAKEDOWN",) and rest.displacement[0] > 1.05 * 2 * 1e-3  # softer than the glued contact
+    softer, glued = (1 / (2 * np.pi * np.sqrt(soft)) for soft in (rest.displacement[0] / 1e-3, 2.0))
+    assert fo.backbone_curve(*asked, [1e-3], natural_frequency=softer).frequency == pytest.approx(softer, rel=1e-9)
+    for right in (softer, glued):
+        assert fo.backbone_curve(*asked, [1e-3], natural_frequency=right).natural_frequency == pytest.approx(right, rel=1e-9)
+    with pytest.raises(fo.ModelError, match="natural_frequency"):
+        fo.backbone_curve(*asked, [1e-3], natural_frequency=0.9 * softer)
+
+
 def test_a_node_without_friction_slides_where_the_others_rest():
     """Two springs: the load moves the free one by its compliance from the smallest amplitude on."""
     loads = {"N": ([0.0, 0.0], [1.0, 1.0]), "F": ([-1.0, -0.5], [0.0, 0.0])}

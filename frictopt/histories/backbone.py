@@ -10,11 +10,24 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ROUNDING, ContactSystem, LoadCycle, Outcome, bar_of, checked_cycle, checked_system, friction_coefficients, reactions
+from ..contact import (
+    CONDENSATION,
+    ROUNDING,
+    ContactSystem,
+    LoadCycle,
+    Outcome,
+    bar_of,
+    checked_cycle,
+    checked_system,
+    friction_coefficients,
+    joined,
+    reactions,
+)
 from ..contact.checks import Array, finite_number, finite_numbers, flag, frozen, warns_of_odd_values
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import GrossSlip, GuaranteedLimit, gross_slip, guaranteed_limit, shakedown_limit
 from ..transients import SteadyState, steady_state
+from ..transients.march import open_at_rest
 from .backbone_result import RANGES, SEEN, BackboneCurve
 from .dissipation_range import dissipation_range
 
@@ -49,8 +62,8 @@ def backbone_curve(
     load_factors
         (K,) load factors, > 0 and rising. None: eight from 5 % to 95 % of the sliding-off load.
     natural_frequency
-        That of the glued contact, in cycles per unit of time, where the load of amplitude 1 is that of a mass-normalised mode. It may differ by 1 %
-        from what the compliance says, which counts. None: the load is no mode, and has no frequency.
+        That of the glued contact, or with the nodes open that the mean load leaves open, in cycles per unit of time, where the load of amplitude 1 is
+        that of a mass-normalised mode. It may differ by 1 % from what the compliance says, which counts. None: no mode, no frequency.
     range
         Whether to search the residual slips for the least and the most damping, and to find both limits. Up to a guaranteed limit that is proven the
         damping is zero, and there is no search. In space it takes hundreds of transients for each load factor, see `dissipation_range`.
@@ -78,7 +91,7 @@ def backbone_curve(
     f, searched = np.array(friction_coefficients(friction, checked_system(system).nodes)), flag("range", range)
     system.reaction(checked_cycle(cycle).mean)
     reactions(system, cycle.corners)  # says which load case is unknown
-    system, load = _with_compliance(system, cycle, natural_frequency)
+    system, load = _with_compliance(system, cycle, f, natural_frequency)
     if searched and load.none:
         raise ModelError(f"range: True, and there is no damping to have one: {load.none}; leave the range out")
     try:
@@ -237,7 +250,7 @@ def rising_factors(load_factors: ArrayLike) -> Array:
     return factors
 
 
-def _with_compliance(system: ContactSystem, cycle: LoadCycle, natural_frequency: float | None) -> tuple[ContactSystem, _Load]:
+def _with_compliance(system: ContactSystem, cycle: LoadCycle, friction: Array, natural_frequency: float | None) -> tuple[ContactSystem, _Load]:
     """The contact with a compliance, its own or one of which the load has what its natural frequency says; and the load."""
     given = None if natural_frequency is None else finite_number("natural_frequency", natural_frequency, above=0.0)
     first, *others = (np.array([corner.get(case, 0.0) for case in system.bonded]) for corner in cycle.corners)
@@ -256,10 +269,20 @@ def _with_compliance(system: ContactSystem, cycle: LoadCycle, natural_frequency:
         if given is not None:
             raise ModelError(f"corners: the load does no work on the glued bodies (compliance {compliance:g}); give a load of forces")
         return system, _Load(none=f"the load does no work on the glued bodies (compliance {compliance:g}); give a load of forces")
-    own = 1 / (2 * np.pi * np.sqrt(compliance))
-    if given is not None and abs(own / given - 1) > _SAME_MODE:
+    if given is None:
+        return system, _Load(first, compliance)
+    softness = [compliance, compliance + _of_open_nodes(system, cycle, friction)]
+    own = min((1 / (2 * np.pi * np.sqrt(each)) for each in softness), key=lambda each: abs(each / given - 1))
+    if abs(own / given - 1) > _SAME_MODE:
         raise ModelError(
             f"natural_frequency: {given:g}, and the compliance of the load says {own:g}; give the load of a mass-normalised mode (`modal_load`), or "
             "leave the natural frequency out"
         )
-    return system, _Load(first, compliance, np.nan if given is None else own)
+    return system, _Load(first, compliance, own)
+
+
+def _of_open_nodes(system: ContactSystem, cycle: LoadCycle, friction: Array) -> float:
+    """What the nodes that the mean load leaves open add to the compliance of the load of a corner: they follow it without force."""
+    out = np.tile(open_at_rest(system, cycle, friction), system.tangents + 1)
+    r = joined(*system.reaction(cycle.corners[0]))[out]
+    return float(r @ np.linalg.lstsq(system.S[np.ix_(out, out)], r, rcond=CONDENSATION)[0])
