@@ -28,6 +28,7 @@ from .histories.dissipation_range import dissipation_range
 from .histories.excursion import least_excursion
 from .histories.protocols import limit_after_protocol
 from .histories.report import report
+from .histories.tightening import tightened
 from .histories.wear import wear
 from .histories.worn_in import worn_in
 from .limits import (
@@ -112,6 +113,7 @@ __all__ = [
     "split_bodies",
     "starts",
     "steady_state",
+    "tightened",
     "wear",
     "worn_in",
     "write_paraview",

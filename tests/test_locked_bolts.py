@@ -40,7 +40,7 @@ def test_bars_in_series_and_in_parallel(kind):
     # the head comes down by F / kc as the bolt is tightened without a pull, and is up again where the joint opens
     cycle = fo.LoadCycle({"bolt": 1.0, "lift": -F / kc}, [{"lift": -F / kc / 2}, {"lift": F / kc}, {"lift": F / kc + 4.0}])
     assert system.bolts["bolt"] == pytest.approx((F, F / kb))
-    tight = fo.starts.tightened(system, cycle, 0.5)
+    tight = fo.tightened(system, cycle, 0.5)
     assert tight.mean["bolt"] * F / kb == pytest.approx(F / kb + F / kc, rel=1e-9) and tight.corners == cycle.corners
     states = fo.march(system, tight, 0.5, 1.0, cycles=1)
     known = states.time >= 0
@@ -53,7 +53,7 @@ def test_bars_in_series_and_in_parallel(kind):
 def test_the_range_of_the_tension_over_a_cycle():
     system, F, kb, kc = bars().condense(), 10.0, 3.0 / 2, 3.0 / 3
     cycle = fo.LoadCycle({"bolt": 0.5, "lift": -F / kc}, [{"lift": -1.0}, {"lift": 2.0}])
-    steady = fo.steady_state(system, fo.starts.tightened(system, cycle, 0.5), 0.5, 1.0)
+    steady = fo.steady_state(system, fo.tightened(system, cycle, 0.5), 0.5, 1.0)
     table = steady.bolt_table()
     assert table.bolt.tolist() == ["bolt"] and table.force.tolist() == [F]
     assert table.tension_mean[0] == pytest.approx(0.5 * F + 0.5 * kb) and table.tension_amplitude[0] == pytest.approx(1.5 * kb)
@@ -121,7 +121,7 @@ def test_without_friction_the_shortening_is_that_of_the_bolt_which_is_not_locked
     """Whose state is that of its force, whatever the way to it; the plates open at the rim, and the mean load pulls."""
     locked, free = flange().condense(), flange(locked=False).condense()
     cycle = fo.LoadCycle({"bolt": 0.8, "pull": 1.0}, [{"pull": 0.3}, {"pull": -0.3}])
-    tight = fo.starts.tightened(locked, cycle, 0.0)
+    tight = fo.tightened(locked, cycle, 0.0)
     one, other = (fo.march(system, asked, 0.0, 1.0, cycles=1) for system, asked in ((locked, tight), (free, cycle)))
     start = [int(np.flatnonzero(states.time >= 0)[0]) for states in (one, other)]
     assert one.gap[start[0]].any() and np.allclose(one.gap[start[0]], other.gap[start[1]], atol=1e-9)
@@ -158,7 +158,7 @@ def clamped(force=(5.0, 8.0)):
 def test_several_bolts_have_their_forces_together(shares, pull, friction):
     system = clamped().condense()
     cycle = fo.LoadCycle({"left": shares[0], "right": shares[1], "pull": pull, "shear": 0.1}, [{"shear": 0.1}, {"pull": 0.5}])
-    tight = fo.starts.tightened(system, cycle, friction)
+    tight = fo.tightened(system, cycle, friction)
     states = fo.march(system, tight, friction, 1.0, cycles=1)
     mean = int(np.flatnonzero(states.time >= 0)[0])
     found = [states.tension(name)[mean] for name in ("left", "right")]
@@ -167,7 +167,7 @@ def test_several_bolts_have_their_forces_together(shares, pull, friction):
 
 def tighten(system=None, mean=None, friction=0.3):
     system = clamped().condense() if system is None else system
-    return fo.starts.tightened(system, fo.LoadCycle({"left": 1.0, "right": 1.0} if mean is None else mean, [{"shear": 0.1}]), friction)
+    return fo.tightened(system, fo.LoadCycle({"left": 1.0, "right": 1.0} if mean is None else mean, [{"shear": 0.1}]), friction)
 
 
 def in_loads(**loads):
@@ -253,7 +253,7 @@ def test_a_locked_bolt_is_a_locked_pretension_section(tmp_path):
     """Tension against pull, from the closed joint to the open one; CalculiX is told which nodes are closed, and how far these slip."""
     model, pulls = bolted(), [0.5, 1.0, 2.5]
     system, bodies = model.condense(), model.bodies
-    tight = fo.starts.tightened(system, fo.LoadCycle({"bolt": 1.0}, [{"pull": pull} for pull in pulls]), 5.0, steps=2)
+    tight = fo.tightened(system, fo.LoadCycle({"bolt": 1.0}, [{"pull": pull} for pull in pulls]), 5.0, steps=2)
     states = fo.march(system, tight, 5.0, 1.0, cycles=1, steps=2)
     first = {"upper": 1, "lower": 10001, "bolt": 20001}
     number = {name: {tuple(point): first[name] + i for i, point in enumerate(body.mesh.p.T)} for name, body in bodies.items()}

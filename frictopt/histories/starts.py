@@ -1,4 +1,4 @@
-"""What a transient starts from: residual slips and earlier states, overloads, tightened bolts, and the load steps of a protocol."""
+"""What a transient starts from: residual slips and earlier states, overloads, and the load steps of a protocol."""
 
 from __future__ import annotations
 
@@ -18,9 +18,8 @@ from ..errors import ModelError
 from ..limits import ShakedownLimit, safe_slip, safe_vertices, shakedown_limit
 from ..transients.begin import Transient
 from ..transients.march import path_of
-from .tightening import tightened
 
-__all__ = ["LoadStep", "Start", "assembled_slip", "given_slips", "no_slip", "overloads", "random_slips", "safe_slips", "safe_vertices", "tightened"]
+__all__ = ["LoadStep", "Start", "assembled_slip", "given_slips", "no_slip", "overloads", "random_slips", "safe_slips", "safe_vertices"]
 
 
 def __dir__() -> list[str]:

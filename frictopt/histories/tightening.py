@@ -48,7 +48,7 @@ def tightened(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, s
     >>> loads, L = {"bolt": ([0.0], [3.0]), "pull": ([0.0], [-0.6])}, [[-0.75, -0.1], [-0.1, 0.02]]
     >>> joint = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[12.0]], [0.0], loads, compliance=L, bolts={"bolt": (3.0, 0.25)})
     >>> cycle = fo.LoadCycle({"bolt": 1.0, "pull": 2.0}, [{"pull": 1.0}, {"pull": -1.0}])
-    >>> tight = fo.starts.tightened(joint, cycle, friction=0.3)
+    >>> tight = fo.tightened(joint, cycle, friction=0.3)
     >>> steady = fo.steady_state(joint, tight, friction=0.3, load_factor=1.0)
     >>> steady.bolt_table().round(9)
        bolt  force  tension_mean  tension_amplitude
