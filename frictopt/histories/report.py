@@ -24,13 +24,13 @@ _BELOW = 0.95  # share of the gross-slip load up to which the curve goes: nearer
 _STEPS = 2  # increments from corner to corner in space
 _PARTS = {  # as they are called -> attribute of the report
     "mean load": "mean_state",
-    "sliding-off load": "gross_slip",
+    "gross-slip load": "gross_slip",
     "curve": "curve",
     "shakedown limit": "limit",
     "guaranteed limit": "guaranteed",
     "required friction": "required",
 }
-_SEARCHED = "nodes are open in space: not asked, for its search takes minutes; its own function makes it"
+_SEARCHED = "not asked, for with open nodes in space its search takes minutes: call `fo.{}` yourself"
 
 
 @warns_of_odd_values
@@ -100,7 +100,7 @@ def report(
 
     with bar_of(flag("progress", progress), "report", "part", total=len(_PARTS), best=lambda: at, keeps=kept) as bar:
         mean = ask("mean load", lambda: mean_state(system, cycle, f))
-        slides = ask("sliding-off load", lambda: gross_slip(system, cycle, f))
+        slides = ask("gross-slip load", lambda: gross_slip(system, cycle, f))
         most = np.inf if slides is None else slides.load_factor
         if factors is None:
             factors = min(1.0, _BELOW * most / LOAD_FACTORS[-1]) * np.array(LOAD_FACTORS)
@@ -108,7 +108,7 @@ def report(
         opened = in_space and mean is not None and bool(mean.open.any())
         ask("shakedown limit", lambda: shakedown_limit(system, cycle, f, open=mean.open if opened else None))
         if opened:
-            missing |= dict.fromkeys(("guaranteed limit", "required friction"), _SEARCHED)
+            missing |= {part: _SEARCHED.format(part.replace(" ", "_")) for part in ("guaranteed limit", "required friction")}
         else:
             ask("guaranteed limit", lambda: guaranteed_limit(system, cycle, f))
             ask("required friction", lambda: required_friction(system, cycle, 1.0))

@@ -21,6 +21,8 @@ from ..transients import SteadyState
 from .backbone_result import BackboneCurve
 
 _WIDTH = 79  # characters of a line
+_MANY = 20  # nodes that slip, from which on their work and share settle with the mesh to some per cent
+_CORNERS = 4  # whose forces are shown
 _HEAD = """<!doctype html>
 <html lang="en"><meta charset="utf-8"><title>Joint</title>
 <style>
@@ -53,11 +55,11 @@ class Report(Kept):
     >>> import frictopt as fo
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> joint = fo.report(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), friction=0.5)
-    >>> print(joint.numbers[["number", "value", "settles"]].head(3).round(3).to_string(index=False))
-                          number  value settles
-                sliding-off load    inf     yes
-                  work per cycle   1.00     yes
-    share of the face that slips   0.25     yes
+    >>> print(joint.numbers[["number", "value"]].head(3).round(3).to_string(index=False))
+              number  value
+     gross-slip load    inf
+      work per cycle   1.00
+    share that slips   0.25
     """
 
     system: ContactSystem
@@ -87,7 +89,7 @@ class Report(Kept):
             return f"The mean load alone comes to no rest: {self.missing['mean load']}."
         if mean.open.any():
             told = f"The mean load leaves {counted(self.system, mean.open)} open. Pressure falls to zero beside them."
-            return told + " There the last closed node decides every limit, which falls as elements shrink: limits belong to the mesh."
+            return told + " There the last closed node decides every limit, which falls as elements shrink: limits change with the mesh."
         told = "All nodes are closed under the mean load"
         if steady is None:
             return told + "."
@@ -109,22 +111,35 @@ class Report(Kept):
         return pd.DataFrame(self._rows(), columns=["number", "value", "unit", "settles", "meaning"])
 
     def _rows(self) -> Iterator[tuple[str, float, str, str, str]]:
-        steady, limit, slides = self.steady, self.limit, self.gross_slip
-        by_nodes = "no" if self.mean_state is not None and self.mean_state.open.any() else "unless edges are sharp"
+        steady, limit, slides, lifts = self.steady, self.limit, self.gross_slip, self._lifts
+        by_nodes = "no" if lifts else "unless edges are sharp"
         force, length = (self.system.units or "force, length").split(", ")
         if slides is not None:
-            yield "sliding-off load", slides.load_factor, "load factor", "yes", slides.reason
+            yield "gross-slip load", slides.load_factor, "load factor", "yes", slides.reason
         if steady is not None:
-            work = f"{force} {length}{' per depth' * (self.system.tangents == 1)}"
-            yield "work per cycle", steady.dissipation, work, "yes", f"of friction, from assembly, at load factor 1: {steady.outcome.value}"
-            yield "share of the face that slips", steady.slipping_share, "", "yes", "in each cycle of this steady state"
-            yield "largest slip range", float(self.contacts["slip_range"].max()), length, "yes", "in each cycle of this steady state"
+            slipping = int(steady.slipping.sum())
+            as_slip = "yes" if slipping >= _MANY else f"once more nodes slip, {slipping} do here"
+            told = f"of friction, from assembly without slip, at load factor 1: {steady.outcome.value}"
+            told += f"; the increments leave {steady.step_error:.1g} of it open" * (steady.steps > 0)
+            told += f"; at {steady.unproven} events it is not proven that no other way is open, so that other starts may end otherwise" * (
+                steady.unproven > 0
+            )
+            yield "work per cycle", steady.dissipation, f"{force} {length}{' per depth' * (self.system.tangents == 1)}", as_slip, told
+            of = "the area of all contacts" if self.system.width is not None else "the nodes of all contacts"
+            yield "share that slips", steady.slipping_share, "", as_slip, f"of {of}, in each cycle of this steady state"
+            yield "largest slip range", float(self.contacts["slip_range"].max()), length, as_slip, "in each cycle of this steady state"
         if limit is not None:
-            yield "shakedown limit", limit.load_factor, "load factor", by_nodes, f"{limit.reason}. It covers {limit.covers}"
+            name = "shakedown limit" + " with these nodes open" * (lifts and self.system.tangents == 2)
+            yield name, limit.load_factor, "load factor", by_nodes, f"{limit.reason}. It covers {limit.covers}"
         if self.guaranteed is not None:
             yield "guaranteed limit", self.guaranteed.load_factor, "load factor", by_nodes, self.guaranteed.reason
         if self.required is not None:
             yield "required friction", self.required.required, "", by_nodes, f"at load factor 1: {self.required.reason}"
+
+    @property
+    def _lifts(self) -> bool:
+        """Whether the mean load leaves nodes open."""
+        return self.mean_state is not None and bool(self.mean_state.open.any())
 
     @property
     def advice(self) -> list[str]:
@@ -132,50 +147,69 @@ class Report(Kept):
         return list(self._advice())
 
     def _advice(self) -> Iterator[str]:
-        slides, steady, limit = self.gross_slip, self.steady, self.limit
+        slides, steady, limit, guaranteed = self.gross_slip, self.steady, self.limit, self.guaranteed
+        enough = self.required is None or bool(np.isfinite(self.required.required))
         if slides is not None and not slides.load_factor >= 1:
-            yield "At your load nothing rests, bodies slide off: press them more, raise friction, or load them less."
+            yield f"At your load nothing rests, bodies slide off: press them more,{' raise friction,' * enough} or load them less."
         elif slides is not None and slides.load_factor < np.inf:
-            yield f"Your load is {1 / slides.load_factor:.1%} of the load at which bodies slide off."
-        rests = limit is not None and limit.least <= 1 <= limit.load_factor
+            yield f"Your load is {1 / slides.load_factor:.1%} of the gross-slip load, at which bodies slide off."
         if steady is not None and steady.outcome is Outcome.SHAKEDOWN:
             yield "From assembly without slip the contact stops slipping at your load."
-            if self.guaranteed is not None and self.guaranteed.load_factor < 1:
+            if guaranteed is not None and guaranteed.load_factor < 1:
                 yield "Another start may slip for ever: `dissipation_range` tells how much the start matters."
         elif steady is not None:
-            worst = self.contacts.loc[self.contacts["work"].idxmax(), "contact"]
-            yield (
-                f"From assembly without slip {steady.slipping_share:.1%} of the face slips in every cycle at your load, most of the work is done in "
-                f"{worst}: `wear` and `steady.fretting_table` tell what that does."
-            )
-            if rests:
-                yield "The start decides: from another one, such as `limit.slip`, the contact would rest at your load."
-            elif self.required is not None and np.isfinite(self.required.required):
+            worst = self.contacts.loc[self.contacts["work"].idxmax()]
+            where = f", most of the work is done in {worst['contact']}" * (len(self.contacts) > 1)
+            yield f"From assembly without slip {steady.slipping_share:.1%} of all contacts slips in every cycle at your load{where}."
+            if limit is not None and limit.least <= 1 <= limit.load_factor:
+                yield "The start decides: from another one, such as that of `limit.slip`, the contact would rest at your load."
+            elif self.required is not None and enough:
                 yield f"Friction of {self.required.required:.3g} and the right residual slip would keep it stuck."
-        if self.mean_state is not None and self.mean_state.open.any():
-            yield "Quote the sliding-off load, the work and the share of the face that slips, not the limits: they belong to the mesh."
+            if guaranteed is not None and guaranteed.load_factor >= 1:
+                yield "It slips below the guaranteed limit: nodes open and close in each cycle, and such cycles it does not cover."
+        if self._lifts:
+            slips = steady is not None and int(steady.slipping.sum()) >= _MANY
+            yield f"Quote the gross-slip load{', the work and the share that slips' * slips}, not the limits, which change with the mesh."
 
     def _sections(self) -> Iterator[tuple[str, list[str], pd.DataFrame | None, Plotted | None]]:
         """Title, sentences, table and picture of each part, in their order."""
         yield "Advice", self.advice, None, None
         yield "Kind of contact", [self.kind], None, None
-        yield "Numbers", ["In brackets: does the number settle as elements shrink?"], self.numbers, self.limit
+        yield "Numbers", [], self.numbers, self.limit
         if self.steady is not None:
             corners = [f"{k}: {name}" for k, name in enumerate(self.cycle.corner_names)]
-            yield "Contacts at load factor 1", [f"Forces P, Q and f P at the corners {'; '.join(corners)}."], self.contacts, self.steady
+            few = len(corners) <= _CORNERS
+            told = f"P, Q and fP are pressure, shear and the most that friction can hold, at the corners {'; '.join(corners)}."
+            contacts = self.contacts if few else self.contacts.filter(regex=r"^(?!f?[PQ]_\d)")
+            yield "Contacts at load factor 1", [told] * few, contacts, self.steady
         if self.curve is not None:
-            yield "What grows with the load", [self.curve.note] * bool(self.curve.note), self.curve.to_frame().dropna(axis=1, how="all"), self.curve
+            known = self.curve.to_frame().dropna(axis=1, how="all")
+            yield "What grows with the load", [], known, self.curve
         if self.missing:
             yield "Without an answer", [f"{name}: {why}" for name, why in self.missing.items()], None, None
 
+    @property
+    def _title(self) -> str:
+        least, most = self.friction.min(), self.friction.max()
+        friction = f"{least:g}" if least == most else f"{least:g} to {most:g}"
+        units = f", in {self.system.units}" * (self.system.units is not None)
+        return f"Joint of {self.system.nodes} contact nodes, friction {friction}{units}"
+
+    @property
+    def _loads(self) -> str:
+        mean = ", ".join(f"{name} = {value:.4g}" for name, value in self.cycle.mean.items()) or "none"
+        names = self.cycle.corner_names
+        return f"Mean load: {mean}. Corners at load factor 1: {'; '.join(names[:_CORNERS])}{'; ...' * (len(names) > _CORNERS)}."
+
     def __str__(self) -> str:
-        lines = [f"Joint of {self.system.nodes} contact nodes", fill(str(self.cycle), _WIDTH)]
+        lines = [self._title, fill(self._loads, _WIDTH)]
         for title, sentences, table, _ in self._sections():
             lines += ["", title, "-" * len(title), *(fill(sentence, _WIDTH) for sentence in sentences)]
             if title == "Numbers":
                 for row in self.numbers.itertuples():
-                    lines.append(f"{row.number}: {row.value:.5g} {row.unit}".rstrip() + f" (settles: {row.settles})")
-                    lines.append(fill(row.meaning, _WIDTH, initial_indent="    ", subsequent_indent="    "))
+                    lines.append(f"{row.number}: {row.value:.5g} {row.unit}".rstrip())
+                    meaning = f"{row.meaning}. Settles with the mesh: {row.settles}."
+                    lines.append(fill(meaning, _WIDTH, initial_indent="    ", subsequent_indent="    "))
             elif table is not None:
                 lines.append(table.to_string(index=False, float_format="{:.4g}".format, line_width=_WIDTH - 4).rstrip())
         return "\n".join(lines)
@@ -193,10 +227,10 @@ class Report(Kept):
         if Path(path).suffix != ".html":
             super().save(path)
             return
-        file, parts = output(path), [_HEAD, f"<h1>Joint of {self.system.nodes} contact nodes</h1><p>{escape(str(self.cycle))}</p>"]
+        file, parts = output(path), [_HEAD, f"<h1>{escape(self._title)}</h1><p>{escape(self._loads)}</p>"]
         png = import_module("frictopt.plots").png  # here, for matplotlib is slow to import and need not be installed
         for title, sentences, table, shown in self._sections():
-            parts += [f"<h2>{title}</h2>", *(f"<p>{escape(sentence)}</p>" for sentence in sentences)]
+            parts += [f"<h2>{title}</h2>", *(f"<p>{escape(sentence).replace('`', '')}</p>" for sentence in sentences)]
             parts += [] if table is None else [table.to_html(index=False, float_format="{:.4g}".format, border=0)]
             parts += [] if shown is None else [f'<img alt="{title}" src="data:image/png;base64,{b64encode(png(shown)).decode()}">']
         file.write_text("\n".join(parts), encoding="utf-8")
