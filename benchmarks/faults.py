@@ -129,7 +129,7 @@ FAULTS = (
           "locked_bolts"),
     Fault("fem/bolts.py", "a locked bolt stands in two load cases", "(before is not bolt or len(parts) > 1)", "len(parts) > 1", "locked_bolts"),
     Fault("contact/system.py", "a tension is minus itself", "np.asarray(-self.displacements(", "np.asarray(self.displacements(", "locked_bolts"),
-    Fault("contact/files.py", "an archive forgets the bolts", "if not np.isnan(pair).any()}", "if False}", "locked_bolts"),
+    Fault("contact/files.py", "an archive forgets the bolts", "strict=True)) if bolts else {}", "strict=True)) if False else {}", "locked_bolts"),
     Fault("histories/tightening.py", "a bolt is tightened to its force, whatever its share", "shares * [system.bolts[name][0]",
           "0.0 * shares + [system.bolts[name][0]", "locked_bolts"),
     Fault("histories/tightening.py", "the glued bodies tell the shortening", "found = root(missing, shares,",

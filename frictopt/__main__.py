@@ -120,7 +120,8 @@ def _look(asked: argparse.Namespace) -> None:
     system = ContactSystem.load(asked.file)
     _written(asked.picture, system)
     print(system, _sums(system).to_string(index=False, float_format="{:.5g}".format), sep="\n")
-    print(f"next: frictopt limit {asked.file} --mean CASE=1 --corners CASE=-1 CASE=1 --friction 0.5")
+    mean, *_, cyclic = [*system.bonded, *system.bonded]
+    print(f"next: frictopt report {asked.file} --mean {mean}=1 --corners {cyclic}=-1 {cyclic}=1 --friction 0.5")
 
 
 def _job(file: str, *faces: str) -> "MatrixJob":

@@ -109,7 +109,12 @@ def test_a_job_of_calculix_becomes_a_system_and_is_looked_at(capsys, flat):
     assert np.allclose(system.S, expected.S, rtol=1e-9) and np.allclose(system.bonded["P"], expected.bonded["P"], atol=1e-9)
     capsys.readouterr()
     assert main(["look", "flat.npz"]) == 0
-    assert "P" in (said := capsys.readouterr().out) and "10" in said and "e-" not in said and "next: frictopt limit flat.npz" in said
+    assert (
+        "P" in (said := capsys.readouterr().out)
+        and "10" in said
+        and "e-" not in said
+        and "next: frictopt report flat.npz --mean P=1 --corners Q=-1 Q=1" in said
+    )
 
 
 def test_a_study_in_a_file_is_that_of_the_function_and_its_parts_make_the_whole(capsys):

@@ -25,7 +25,7 @@ def test_examples_run_as_they_stand(capsys, monkeypatch):
     assert len(blocks) == 4 and names["foot"].nodes > 10 and names["flat"].nodes == 26 and set(names["dovetail"].contact) == {"right", "left"}
     first = {line.split()[0]: line.split()[-1] for line in printed.split("\n")[1:6]}
     assert first["load_factor"].startswith("0.798") and (first["node"], first["sense"]) == ("0", "-1")
-    assert printed.count("1.8280") >= 2 and "SHAKEDOWN 0.0" in printed and "CYCLIC_SLIP 0." in printed and "  kind          FINITE\n" in printed
+    assert printed.count("1.8280") >= 2 and "SHAKEDOWN 0.0" in printed and "CYCLIC_SLIP 0." in printed and "gross-slip load: " in printed
 
 
 def test_it_is_short():

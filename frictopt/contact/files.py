@@ -50,7 +50,7 @@ def to_its_end() -> Iterator[None]:
 
 _OTHERS = {*WRITERS, *".xls .txt .json .mat .h5 .hdf5 .npy .pkl .zip .gz".split()}  # no archive stands under the name of another format
 _NAMES = ("S", "points", "gap", "frames", "contact", "width", "E_star", "compliance", "units")
-_FORM = "frictopt contact system 8"
+_FORM = "frictopt contact system 7"
 
 
 def packed(path: str | Path, form: str, **arrays: Any) -> None:
@@ -85,10 +85,11 @@ def unpacked(source: str | Path, form: str, made: Callable[[dict[str, Any]], T],
 
 
 def write(path: str | Path, system: Any) -> None:
-    """Write a contact system: its parts (None as an empty array), load cases and bonded reactions."""
+    """Write a contact system: its parts (None as an empty array), load cases and bonded reactions, and its locked bolts where it has any."""
     plain = {name: np.array([] if (value := getattr(system, name)) is None else value) for name in _NAMES}
-    bonded, bolts = [joined(*pair) for pair in system.bonded.values()], [system.bolts.get(case, (np.nan, np.nan)) for case in system.bonded]
-    packed(path, _FORM, cases=list(system.bonded), bonded=bonded, bolts=bolts, **plain)
+    bonded = [joined(*pair) for pair in system.bonded.values()]
+    bolts = {"locked": list(system.bolts), "bolts": list(system.bolts.values())} if system.bolts else {}
+    packed(path, _FORM, cases=list(system.bonded), bonded=bonded, **bolts, **plain)
 
 
 def read(source: str | Path) -> dict[str, Any]:
@@ -97,9 +98,9 @@ def read(source: str | Path) -> dict[str, Any]:
 
 
 def _arguments(arrays: dict[str, Any]) -> dict[str, Any]:
-    if arrays.keys() != {"cases", "bonded", "bolts", *_NAMES}:
+    bolts = {name: arrays.pop(name).tolist() for name in ("locked", "bolts") if name in arrays}
+    if arrays.keys() != {"cases", "bonded", *_NAMES} or len(bolts) == 1:
         raise ValueError("it does not hold the arrays of a contact system")
-    bonded = dict(zip(cases := arrays.pop("cases").tolist(), arrays.pop("bonded"), strict=True))
-    bolts = {case: pair for case, pair in zip(cases, arrays.pop("bolts").tolist(), strict=True) if not np.isnan(pair).any()}
+    bonded = dict(zip(arrays.pop("cases").tolist(), arrays.pop("bonded"), strict=True))
     known = {name: None if not array.size else array if array.ndim else array.item() for name, array in arrays.items()}
-    return {"bonded": bonded, "bolts": bolts, **known}
+    return {"bonded": bonded, "bolts": dict(zip(*bolts.values(), strict=True)) if bolts else {}, **known}
