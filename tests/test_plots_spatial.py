@@ -178,6 +178,9 @@ def test_open_nodes_are_rings_without_slip_and_those_that_carry_nothing_do_not_s
     (rings,) = [one for one in ax.collections if one.get_label() == "open node"]
     assert limit.open.tolist() == [False, True, False] and rings.get_offsets().tolist() == [[1.0, 0.0]]
     assert arrows.U.tolist() == [0.1, 0.5] and arrows.get_offsets().tolist() == [[0.0, 0.0], [2.0, 0.0]]
+    slips = fo.steady_state(three, shearing, F, 2.0, steps=2).plot()
+    (rings,) = [one for one in slips.collections if one.get_label() == "open node"]
+    assert rings.get_offsets().tolist() == [[1.0, 0.0]]
     bonded = three.with_bonded({"mean": [0, 0, 0, 0, 0, 0, 1.0, 1.0, 0.0]})
     assert marks(fo.onset(bonded, shearing, F).plot())[1].get_offsets().tolist() == [[0.0, 0.0]]
 

@@ -167,13 +167,14 @@ def _dissipation_range(found: DissipationRange, ax: AxesArray | None = None) -> 
 
 
 def _work_map(panels: Sequence[Axes], steady: SteadyState, title: str) -> Axes | AxesArray:
-    """Work of friction per cycle at each node; the slip range as arrows, between the two slips of the cycle that are furthest apart."""
+    """Work of friction per cycle at each node that closes; the slip range as arrows, between the two slips of the cycle that are furthest apart."""
     panels[0].set_title(title)
     states = steady.states()
     ranges = furthest(np.where(states.gap[..., None] <= 0, states.slip, np.nan))
     ranges = np.where(lengths(ranges, ranges[:, 0])[:, None] > ROUNDING * np.abs(steady.slip).max(), ranges, 0.0)
     name = "work of friction per cycle (force times length)"
-    return face_map(panels, steady.system, steady.dissipation_per_node, name, slip=ranges, slip_name="slip range")
+    opened = (states.gap > 0).all(axis=0)
+    return face_map(panels, steady.system, steady.dissipation_per_node, name, slip=ranges, slip_name="slip range", opened=opened)
 
 
 def _slip_and_work(above: Axes, below: Axes, steady: SteadyState, **look: Any) -> None:
