@@ -29,7 +29,7 @@ _HEAD = """<!doctype html>
 body {max-width: 60em; margin: 2em auto; padding: 0 1em; font-family: sans-serif; line-height: 1.4}
 table {border-collapse: collapse; font-size: 85%; display: block; overflow-x: auto}
 td, th {padding: .2em .6em; border-bottom: 1px solid #ccc; text-align: left; vertical-align: top; white-space: nowrap}
-td:last-child {white-space: normal}
+td:nth-child(n+4):nth-last-child(-n+2) {white-space: normal}
 img {max-width: 100%}
 </style>"""
 
@@ -120,10 +120,10 @@ class Report(Kept):
             slipping = int(steady.slipping.sum())
             as_slip = "yes" if slipping >= _MANY else f"once more nodes slip, {slipping} do here"
             told = f"of friction, from assembly without slip, at load factor 1: {steady.outcome.value}"
-            told += f"; the increments leave {steady.step_error:.1g} of it open" * (steady.steps > 0)
-            told += f"; at {steady.unproven} events it is not proven that no other way is open, so that other starts may end otherwise" * (
-                steady.unproven > 0
-            )
+            if steady.steps:
+                told += f"; finer increments may change it by {steady.step_error:.1g} of it"
+            elif steady.unproven:
+                told += f"; at {steady.unproven} events it is not proven that there is no other way on"
             yield "work per cycle", steady.dissipation, f"{force} {length}{' per depth' * (self.system.tangents == 1)}", as_slip, told
             of = "the area of all contacts" if self.system.width is not None else "the nodes of all contacts"
             yield "share that slips", steady.slipping_share, "", as_slip, f"of {of}, in each cycle of this steady state"
