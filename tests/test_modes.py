@@ -296,3 +296,30 @@ def test_modes_are_those_of_a_step_of_calculix(tmp_path, kind, tolerance, monkey
     taken = sum(modes.shapes[name] @ sums[name] for name in bodies) ** 2
     assert np.allclose(taken, masses[:5], rtol=0, atol=tolerance * modes.mass)
     assert np.allclose(taken, modes.effective_mass, rtol=0, atol=0.05 * modes.mass)  # ours moves the support, too
+
+
+@pytest.mark.parametrize("opened", [False, True], ids=["glued", "open"])
+@pytest.mark.parametrize("kind", [MeshQuad, MeshHex])
+def test_a_turned_model_that_supports_hold_along_its_normals_has_the_same_modes(kind, opened):
+    """Held along x and y, and turned, held along the normals."""
+    side, angle, d = np.array([0.0, 5.0, 10.0]), 0.6, 2 if kind is MeshQuad else 3
+    turn = np.eye(d)
+    turn[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    grid, axis, steel = kind.init_tensor(*[side] * d), "xyz", fo.Material(210e3, 0.3, density=7.85e-9)
+
+    def model(turned):
+        faces = {name: (lambda x, k=k: x[k] == 0) for k, name in enumerate(axis[:d])}
+        lower = grid.with_boundaries({**faces, "contact": lambda x: x[1] == 10})
+        upper = grid.translated((0.0, 10.0, 0.0)[:d]).with_boundaries({**faces, "contact": lambda x: x[1] == 10, "top": lambda x: x[1] == 20})
+        meshes = {"upper": upper, "lower": lower}
+        bodies = {name: fo.Body(replace(mesh, doflocs=turn @ mesh.doflocs) if turned else mesh, steel) for name, mesh in meshes.items()}
+        held = [(name, k) for name in bodies for k in axis[:d] if (name, k) != ("upper", "y")]
+        supports = [fo.Support(name, k, normal=True) if turned else fo.Support(name, k, k) for name, k in held]
+        return fo.ContactModel(bodies, supports, {"P": [fo.Pressure("upper", "top")]})
+
+    straight = model(False)
+    mask = np.arange(straight.condense().nodes) < 1 if opened else None
+    first, second = (one.modes(4, open=mask) for one in (straight, model(True)))
+    assert second.frequency == pytest.approx(first.frequency, rel=1e-8) and first.frequency[0] > 0
+    moved = [np.linalg.norm(one.shapes["upper"], axis=1) for one in (first, second)]
+    assert moved[1] == pytest.approx(moved[0], rel=1e-6, abs=1e-6 * moved[0].max())

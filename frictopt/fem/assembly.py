@@ -17,11 +17,11 @@ from .condense import Glued
 from .contacts import Contact, Interference, check_touching, joined, shares
 from .elasticity import Kinematics, body_stiffness, midside_ties
 from .given import same_point
-from .interface import ASKEW, Interface, blocks_of, frames_of, guided, openings, own_directions
+from .interface import ASKEW, Interface, frames_of, guided, openings, own_directions
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction, values_at
 from .mass import NodalForces
 from .rigid import NO_ROWS, assemblies, free_motions, node_graph
-from .supports import Support, along_axes, normals_along
+from .supports import Support, along_axes, along_directions, normals_along
 
 Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Displacement | Interference | BoltPreload | NodalForces
 
@@ -67,10 +67,7 @@ class Assembly:
     def release(self) -> tuple[csr_matrix, csr_matrix]:
         """Matrices R and D of `u = R y + D F`, the displacements under loads F on the bodies, see `released`; y are those of the free rows."""
         R, D = released(self.whole, self.rows, self.cuts)
-        if not len(self.oblique):
-            return R, D
-        by_rows = csr_matrix((np.ones(self.rows.size), (np.arange(self.rows.size), self.rows.ravel())), shape=R.shape)
-        return csr_matrix(R @ by_rows.T @ blocks_of(self.directions.swapaxes(1, 2)) @ by_rows), D
+        return (along_directions(R, self.rows, self.directions) if len(self.oblique) else R), D
 
     @cached_property
     def glued(self) -> Glued:

@@ -21,6 +21,7 @@ from .assembly import Assembly, Load
 from .bodies import Body
 from .condense import Glued, eliminated, fronts
 from .mass import NodalForces, body_mass
+from .supports import along_directions
 
 _SHIFT = 1e-3  # of the stiffness towards that of bodies without rigid motions, over (speed of sound / size)^2: below the first mode of most bodies
 _RIGID = 1e-7  # over the shift: the squares of frequencies up to which a motion has none
@@ -197,7 +198,9 @@ def _motions(parts: Assembly, springs: tuple[Array, Array], opened: Booleans) ->
     stiff[front < 0] = np.divide(1.0, give, out=np.zeros(len(give)), where=give > 0)
     front[np.flatnonzero(front < 0)[give > 0]] = front.max() + 1  # what is open or gives moves, too
     moves = (front >= 0) & (np.diff(T.tocsc().indptr) > 0)
-    return csr_matrix(parts.tied @ identity(len(follows), format="csr")[follows] @ T[:, moves]), front[moves], stiff[moves]
+    C = csr_matrix(identity(len(follows), format="csr")[follows])
+    C = along_directions(C, parts.rows, parts.directions) if len(parts.oblique) else C
+    return csr_matrix(parts.tied @ C @ T[:, moves]), front[moves], stiff[moves]
 
 
 def _shift(parts: Assembly) -> float:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from ..contact import SAME_POINT, Array, Booleans, Integers, check_text, choice, finite_numbers, first_of, place, shown
 from ..contact.checks import flag
@@ -11,6 +12,7 @@ from ..errors import ModelError
 from .bodies import Body
 from .elasticity import corner_weights, facet_nodes, places_of
 from .faces import facets_around, node_normals, normals_of
+from .interface import blocks_of
 
 _EDGE = 0.9  # least cosine between the normal of a node and those of the facets around it: as of faces that go on as one
 
@@ -103,3 +105,9 @@ def along_axes(normals: Array) -> tuple[Booleans, Integers]:
     """(n,) which of some unit normals (n, d) are along axes, and along which one each is most."""
     most = np.abs(normals).argmax(axis=1)
     return np.sum(normals**2, axis=1) - np.take_along_axis(normals, most[:, None], axis=1)[:, 0] ** 2 <= SAME_POINT**2, most
+
+
+def along_directions(R: csr_matrix, rows: Integers, directions: Array) -> csr_matrix:
+    """A matrix of displacements along the axes, of nodes with these rows, with columns for those along `directions` (nodes, d, d) instead."""
+    by_rows = csr_matrix((np.ones(rows.size), (np.arange(rows.size), rows.ravel())), shape=R.shape)
+    return csr_matrix(R @ by_rows.T @ blocks_of(directions.swapaxes(1, 2)) @ by_rows)

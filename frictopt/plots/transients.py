@@ -173,7 +173,7 @@ def _work_map(panels: Sequence[Axes], steady: SteadyState, title: str) -> Axes |
     ranges = furthest(np.where(states.gap[..., None] <= 0, states.slip, np.nan))
     ranges = np.where(lengths(ranges, ranges[:, 0])[:, None] > ROUNDING * np.abs(steady.slip).max(), ranges, 0.0)
     name = "work of friction per cycle (force times length)"
-    opened = (states.gap > 0).all(axis=0)
+    opened = states.gap.min(axis=0) > 0
     return face_map(panels, steady.system, steady.dissipation_per_node, name, slip=ranges, slip_name="slip range", opened=opened)
 
 
