@@ -291,3 +291,12 @@ def test_a_locked_bolt_is_a_locked_pretension_section(tmp_path):
             assert np.abs([tightened[first[name] + n] for n in range(len(u))] - u).max() < 1e-6 * largest
         opened.append(len(system.points) - len(closed))
     assert np.all(np.diff(opened) > 0) and states.tension("bolt")[-1] > 2.4
+
+
+def test_the_load_case_of_a_locked_bolt_has_no_overlap():
+    loads = {"bolt": ([0.0], [2.0]), "pull": ([0.0], [-1.0])}
+    bolts, L = {"bolt": (2.0, 0.1)}, [[-0.2, 0.0], [0.0, 0.0]]
+    node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[40.0]], [0.0], loads, compliance=L, bolts=bolts)
+    with pytest.raises(fo.ModelError, match="cases: 'bolt' is a locked bolt"):
+        node.with_interference({"bolt": 0.05})
+    assert node.with_interference({"fit": 0.05}).tension("bolt", [1, 0, 1], [0.0], [0.0]) == pytest.approx(3.0)  # 2, and what the fit adds by hand

@@ -98,6 +98,9 @@ def condensed(scene):
     return made
 
 
+BOLTED = fo.ContactSystem.from_blocks(
+    [[1.0]], [[0.0]], [[40.0]], [0.0], {"bolt": ([0.0], [2.0]), "pull": ([0.0], [-1.0])}, compliance=[[-0.2, 0], [0, 0]], bolts={"bolt": (2.0, 0.1)}
+)
 CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Body": (fo.Body, {"mesh": MODEL.bodies["punch"].mesh}),
     "Contact": (fo.Contact, {"body_1": "punch", "body_2": "block"}),
@@ -177,6 +180,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "safe_region": (fo.safe_region, {"system": TWO_LOADS, "mean": {"mean": 1.0}, "loads": ["cyclic", "other"], "friction": FRICTION}),
     "safe_slip": (fo.safe_slip, {**ASKED, "load_factor": 0.1}),
     "gross_slip": (fo.gross_slip, ASKED),
+    "tightened": (fo.tightened, {"system": BOLTED, "cycle": fo.LoadCycle({"bolt": 1.0}, [{"pull": 0.1}]), "friction": 0.5}),
     "report": (fo.report, {**ASKED, "load_factors": [0.5]}),
     "shakedown_limit": (fo.shakedown_limit, ASKED),
     "steady_state": (fo.steady_state, {**ASKED, "load_factor": 0.5, "most_cycles": 50}),

@@ -103,3 +103,38 @@ def test_the_command(tmp_path, capsys):
 def test_load_factors_that_do_not_rise_are_refused(factors):
     with pytest.raises(fo.ModelError, match="load_factors"):
         fo.report(BLOCK, TO_AND_FRO, 0.5, factors)
+
+
+PAIR = fo.ContactSystem.from_blocks(
+    [[1, -1], [-1, 1]], np.zeros((2, 2)), [[1, -1], [-1, 1]], [0, 1], {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0]), "R": ([0, 0], [1, -1])}
+)  # free along both axes
+
+
+@pytest.mark.parametrize(
+    ("mean", "corners", "friction", "told"),
+    [
+        ({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}], 0.0, "nothing rests, bodies slide off"),
+        ({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}], 0.6, "nothing rests, bodies slide off"),
+        ({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}], 1.0, "Your load is 100.0%"),
+        ({"P": 1.0, "Q": 3.0}, [{"Q": -1.0}, {"Q": -0.9}], 0.5, "below load factor 2.778 the mean load slides"),
+        ({"P": 1.0, "Q": 0.2}, [{"R": 0.8}, {"R": -0.8}], 0.3, "It ratchets"),
+        ({"P": -1.0}, [{"Q": 1.0}, {"Q": -1.0}], 0.3, "nothing rests, bodies slide off"),
+    ],
+)
+def test_advice_where_bodies_are_free(mean, corners, friction, told):
+    """Two nodes of a body that slides off at load factor friction * P / Q, by hand."""
+    report = fo.report(PAIR, fo.LoadCycle(mean, corners), friction)
+    assert told in " ".join(report.advice), report.advice
+    assert (report.steady is not None) == (friction in (1.0, 0.3) and mean["P"] > 0)
+
+
+def test_without_friction_nodes_slide_and_no_start_is_warned_of():
+    node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    report = fo.report(node, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), 0.0)
+    assert report.advice == ["At your load no friction does work; nodes without friction slide to and fro."]
+
+
+def test_a_mean_load_that_opens_all_nodes_in_space_leaves_a_report():
+    one = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1.0], "X": [1, 0, 0]})
+    report = fo.report(one, fo.LoadCycle({"P": -1.0}, [{"X": 1.0}, {"X": -1.0}]), 0.3)
+    assert report.limit is None and "closed nodes" in report.missing["shakedown limit"] and report.kind == "The mean load opens all nodes."

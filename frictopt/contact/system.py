@@ -308,7 +308,8 @@ class ContactSystem(Shown, Plotted):
         """Copy with interferences, load case name -> overlap of the unassembled bodies, >= 0, one number or (N,), length.
 
         An amplitude of the load case multiplies the overlap. Its bonded reactions are those of a gap of minus the overlap, `(B^T d, C d)`; they add
-        to those that the system has of that name. ModelError for overlaps that are negative or not finite, or a bad name.
+        to those that the system has of that name. ModelError for overlaps that are negative or not finite, a bad name, or
+        that of a locked bolt.
 
         Examples
         --------
@@ -318,6 +319,8 @@ class ContactSystem(Shown, Plotted):
         [0.2]
         """
         given, less = checked_cases("cases", cases, "overlap"), "give overlaps >= 0, and an opening as a gap"
+        if bolt := next((name for name in given if name in self.bolts), None):
+            raise ModelError(f"cases: {bolt!r} is a locked bolt, whose load case is its shortening alone; give the overlap a load case of its own")
         overlaps = {case: per_node(f"cases[{case!r}]", overlap, self.nodes, less) for case, overlap in given.items()}
         names, k = list({**self.bonded, **overlaps}), len(self.bonded)
         more, L = (0, len(names) - k), np.zeros((k, k)) if self.compliance is None else self.compliance

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, bar_of, checked_cycle, checked_system, flag, friction_coefficients
+from ..contact import ROUNDING, Booleans, ContactSystem, LoadCycle, bar_of, checked_cycle, checked_system, flag, friction_coefficients
 from ..contact.checks import warns_of_odd_values
-from ..errors import NoContinuation, SolverError
-from ..limits import gross_slip, guaranteed_limit, required_friction, shakedown_limit
+from ..errors import ModelError, NoContinuation, SolverError
+from ..limits import ShakedownLimit, gross_slip, guaranteed_limit, required_friction, shakedown_limit
 from ..transients.march import mean_state
 from .backbone import backbone_curve, rising_factors
 from .report_result import Report
@@ -93,6 +93,13 @@ def report(
         bar.update()
         return answer
 
+    def limit_of(opened: Booleans) -> ShakedownLimit:
+        """The limit with these nodes open."""
+        try:
+            return shakedown_limit(system, cycle, f, open=opened)
+        except ModelError as error:  # the closed nodes do not hold the open ones
+            raise NoContinuation(str(error)) from error
+
     def kept(_: object) -> tuple[str, Report, str]:
         left = [part for part, name in _PARTS.items() if name not in found and part not in missing]
         known = Report(system, cycle, f, missing | dict.fromkeys(left, "interrupted"), **found)
@@ -103,16 +110,19 @@ def report(
         slides = ask("gross-slip load", lambda: gross_slip(system, cycle, f))
         most = np.inf if slides is None else slides.load_factor
         if factors is None:
-            factors = min(1.0, _BELOW * most / LOAD_FACTORS[-1]) * np.array(LOAD_FACTORS)
-        ask("curve", lambda: backbone_curve(system, cycle, f, np.union1d(factors, [1.0] * (most >= 1)), steps=steps))
+            factors = (min(1.0, _BELOW * most / LOAD_FACTORS[-1]) if most > 0 else 1.0) * np.array(LOAD_FACTORS)
+        rests = 1 <= most * (1 + ROUNDING)
+        curve = ask("curve", lambda: backbone_curve(system, cycle, f, np.union1d(factors, [1.0] * rests), steps=steps))
+        if curve and rests and not any(steady and steady.load_factor == 1 for steady in curve.steady_states):
+            missing["steady state at load factor 1"] = curve.note
         opened = in_space and mean is not None and bool(mean.open.any())
-        ask("shakedown limit", lambda: shakedown_limit(system, cycle, f, open=mean.open if opened else None))
+        ask("shakedown limit", lambda: limit_of(mean.open) if opened else shakedown_limit(system, cycle, f))
         if opened:
             missing |= {part: _SEARCHED.format(part.replace(" ", "_")) for part in ("guaranteed limit", "required friction")}
         else:
             ask("guaranteed limit", lambda: guaranteed_limit(system, cycle, f))
             ask("required friction", lambda: required_friction(system, cycle, 1.0))
-    if curve := found.get("curve"):
+    if curve:
         limits = {name: found[of].load_factor for name, of in (("shakedown_limit", "limit"), ("guaranteed_limit", "guaranteed")) if of in found}
         found["curve"] = replace(curve, **limits)
     return Report(system, cycle, f, missing, **found)

@@ -13,7 +13,7 @@ from textwrap import fill
 import numpy as np
 import pandas as pd
 
-from ..contact import Array, ContactState, ContactSystem, Kept, LoadCycle, Outcome, Plotted
+from ..contact import ROUNDING, Array, ContactState, ContactSystem, Kept, LoadCycle, Outcome, Plotted
 from ..contact.diagnosis import counted
 from ..contact.files import output
 from ..limits import GrossSlip, GuaranteedLimit, RequiredFriction, ShakedownLimit
@@ -86,7 +86,9 @@ class Report(Kept):
         """What kind of contact it is, in words: which nodes the mean load and the steady cycle leave open, and what that means for its numbers."""
         mean, steady = self.mean_state, self.steady
         if mean is None:
-            return f"The mean load alone comes to no rest: {self.missing['mean load']}."
+            return f"From no slip the mean load is not followed to a state of rest: {self.missing['mean load']}."
+        if mean.open.all():
+            return "The mean load opens all nodes."
         if mean.open.any():
             told = f"The mean load leaves {counted(self.system, mean.open)} open. Pressure falls to zero beside them."
             return told + " There the last closed node decides every limit, which falls as elements shrink: limits change with the mesh."
@@ -118,7 +120,7 @@ class Report(Kept):
             yield "gross-slip load", slides.load_factor, "load factor", "yes", slides.reason
         if steady is not None:
             slipping = int(steady.slipping.sum())
-            as_slip = "yes" if slipping >= _MANY else f"once more nodes slip, {slipping} do here"
+            as_slip = "yes" if slipping >= _MANY else f"once more nodes slip, {slipping} do here" if slipping else "unless nodes slip on finer meshes"
             told = f"of friction, from assembly without slip, at load factor 1: {steady.outcome.value}"
             if steady.steps:
                 told += f"; finer increments may change it by {steady.step_error:.1g} of it"
@@ -149,24 +151,36 @@ class Report(Kept):
     def _advice(self) -> Iterator[str]:
         slides, steady, limit, guaranteed = self.gross_slip, self.steady, self.limit, self.guaranteed
         enough = self.required is None or bool(np.isfinite(self.required.required))
-        if slides is not None and not slides.load_factor >= 1:
+        if self.mean_state is not None and self.mean_state.open.all():
+            yield "The mean load opens all nodes: press the contact."
+            return
+        if slides is not None and not slides.load_factor * (1 + ROUNDING) >= 1:
             yield f"At your load nothing rests, bodies slide off: press them more,{' raise friction,' * enough} or load them less."
+        elif slides is not None and slides.least * (1 - ROUNDING) > 1:
+            yield f"At your load nothing rests: below load factor {slides.least:.4g} the mean load slides bodies off."
         elif slides is not None and slides.load_factor < np.inf:
             yield f"Your load is {1 / slides.load_factor:.1%} of the gross-slip load, at which bodies slide off."
         if steady is not None and steady.outcome is Outcome.SHAKEDOWN:
-            yield "From assembly without slip the contact stops slipping at your load."
-            if guaranteed is not None and guaranteed.load_factor < 1:
+            if (steady.friction == 0).any() and self.contacts["slip_range"].max() > 0:
+                yield "At your load no friction does work; nodes without friction slide to and fro."
+            else:
+                yield "From assembly without slip the contact stops slipping at your load."
+            if guaranteed is not None and guaranteed.load_factor < 1 and steady.friction.any():
                 yield "Another start may slip for ever: `dissipation_range` tells how much the start matters."
         elif steady is not None:
             worst = self.contacts.loc[self.contacts["work"].idxmax()]
             where = f", most of the work is done in {worst['contact']}" * (len(self.contacts) > 1)
             yield f"From assembly without slip {steady.slipping_share:.1%} of all contacts slips in every cycle at your load{where}."
+            if steady.outcome is Outcome.RATCHETING:
+                yield "It ratchets: with each cycle it slips further in one direction."
             if limit is not None and limit.least <= 1 <= limit.load_factor:
-                yield "The start decides: from another one, such as that of `limit.slip`, the contact would rest at your load."
+                yield "A state of rest exists at your load: `steady_state(..., initial_slip=limit.slip)` tells whether that start leads there."
             elif self.required is not None and enough:
                 yield f"Friction of {self.required.required:.3g} and the right residual slip would keep it stuck."
             if guaranteed is not None and guaranteed.load_factor >= 1:
                 yield "It slips below the guaranteed limit: nodes open and close in each cycle, and such cycles it does not cover."
+        elif "steady state at load factor 1" in self.missing:
+            yield "At your load no steady state is found, see what is without an answer."
         if self._lifts:
             slips = steady is not None and int(steady.slipping.sum()) >= _MANY
             yield f"Quote the gross-slip load{', the work and the share that slips' * slips}, not the limits, which change with the mesh."
@@ -215,7 +229,7 @@ class Report(Kept):
         return "\n".join(lines)
 
     def save(self, path: str | Path) -> None:
-        """Write the report with its pictures into one HTML file, which needs no other; under another name than .html as any result, to be loaded.
+        """Write the report with its pictures into one HTML file, which needs no other; under a name that ends otherwise as any result, to be loaded.
 
         Raises
         ------
@@ -224,7 +238,7 @@ class Report(Kept):
         ImportError
             matplotlib is not installed (extra `figures`).
         """
-        if Path(path).suffix != ".html":
+        if Path(path).suffix.lower() not in (".html", ".htm"):
             super().save(path)
             return
         file, parts = output(path), [_HEAD, f"<h1>{escape(self._title)}</h1><p>{escape(self._loads)}</p>"]

@@ -8,14 +8,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import root
 
-from ..contact import RESIDUAL, ContactSystem, LoadCycle, checked_cycle, checked_system
-from ..contact.checks import Array
+from ..contact import RESIDUAL, ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients
+from ..contact.checks import Array, warns_of_odd_values
 from ..errors import ModelError, SolverError
 from ..transients.march import mean_state
 
 _CLOSE = 1e-12  # last relative change of the shortenings
 
 
+@warns_of_odd_values
 def tightened(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, steps: int | None = None) -> LoadCycle:
     """The load cycle in whose mean load locked bolts have their forces, with the contact as it is: nodes that slip and open under it do so.
 
@@ -54,7 +55,8 @@ def tightened(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, s
        bolt  force  tension_mean  tension_amplitude
     0  bolt    3.0           3.0                0.4
     """
-    bolts = {name: checked_cycle(cycle).mean[name] for name in checked_system(system).bolts if name in cycle.mean}
+    mean, f = checked_cycle(cycle).mean, friction_coefficients(friction, checked_system(system).nodes)
+    bolts = {name: mean[name] for name in system.bolts if name in mean}
     if not bolts:
         raise ModelError(f"cycle: its mean load has none of the locked bolts {sorted(system.bolts)}; give each the share of its force, such as 1.0")
     if loose := [name for name, share in bolts.items() if not share > 0]:
@@ -69,7 +71,7 @@ def tightened(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, s
     def missing(amplitudes: Array) -> Array:
         """What tensions lack of their forces, over these."""
         tried = loaded(amplitudes)
-        state = mean_state(system, tried, friction, steps=steps)
+        state = mean_state(system, tried, f, steps=steps)
         loads = [tried.mean.get(case, 0.0) for case in cases]
         return np.asarray([system.tension(name, loads, state.slip, state.gap) for name in bolts] / forces - 1)
 
