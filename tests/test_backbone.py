@@ -271,6 +271,19 @@ def test_what_is_finished_is_kept_when_a_curve_is_interrupted(monkeypatch):
     assert interrupt.value.curve.load_factor.tolist() == [0.4, 0.75] and "2 of 3 load factors" in interrupt.value.__notes__[0]
 
 
+def test_an_interrupted_curve_may_hold_failures_alone(monkeypatch):
+    events = iter([fo.SolverError("no answer"), KeyboardInterrupt()])
+
+    def failing(*asked, **options):
+        raise next(events)
+
+    monkeypatch.setattr(import_module("frictopt.histories.backbone"), "steady_state", failing)
+    with pytest.raises(KeyboardInterrupt) as interrupt:
+        fo.backbone_curve(TWO, opposed("X", {"P": 1.0}), 0.5, [0.4, 0.75], steps=1)
+    curve = interrupt.value.curve
+    assert curve.outcome == ("FAILED",) and np.isnan(curve.work).all() and curve.by_contact.empty
+
+
 def test_bad_input():
     punch = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).condense()
     cycle = opposed("sigma", {"P": 1.0})

@@ -196,7 +196,7 @@ class _Asked:
             outcome=tuple(table["outcome"]),
             steady_states=tuple(one.steady for one in seen),
             exponent=frozen(np.gradient(logs, np.log(factors)) if len(seen) > 1 else [np.nan]),
-            by_contact=contacts[["load_factor", "contact", "slipping", "work", "slip_range"]],
+            by_contact=contacts.reindex(columns=["load_factor", "contact", "slipping", "work", "slip_range"]),
             gross_slip=self.gross.load_factor if isinstance(self.gross, GrossSlip) else np.nan,
             guaranteed_limit=np.nan if self.limits is None else self.limits[1].load_factor,
             shakedown_limit=np.nan if self.limits is None else self.limits[0],
