@@ -16,7 +16,7 @@ import numpy as np
 
 from .checks import Array
 
-_WIDE = 79  # characters of a line of a terminal
+WIDE = 79  # characters of a line of a terminal
 
 
 class Portable:
@@ -227,6 +227,11 @@ def places(system: Any) -> dict[str, Array]:
     return {"x": system.x} if system.tangents == 1 else dict(zip("xyz", system.points.T, strict=True))
 
 
+def named_places(system: Any) -> dict[str, Array]:
+    """The same after the contact of each node, where the system names its contacts."""
+    return places(system) if system.contact is None else {"contact": system.contact, **places(system)}
+
+
 def _html(value: object) -> str:
     """A value as HTML: a line for each entry of a mapping."""
     lines = [f"{name}: {_text(part)}" for name, part in value.items()] if isinstance(value, Mapping) else [_text(value)]
@@ -237,7 +242,7 @@ def _lines(name: str, value: object, wide: int) -> list[str]:
     """A name with its value in lines of a terminal, one or more for each entry of a mapping; names have a column of their own."""
     texts = [f"{key}: {_text(part)}" for key, part in value.items()] if isinstance(value, Mapping) else [_text(value)]
     head = " " * (wide + 4)
-    lines = [line for text in texts for line in wrap(text, _WIDE - len(head), break_long_words=False) or [""]]
+    lines = [line for text in texts for line in wrap(text, WIDE - len(head), break_long_words=False) or [""]]
     return [f"  {name:<{wide}}  {lines[0]}".rstrip(), *(head + line for line in lines[1:])] if lines else [f"  {name}"]
 
 

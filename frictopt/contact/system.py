@@ -308,8 +308,8 @@ class ContactSystem(Shown, Plotted):
         """Copy with interferences, load case name -> overlap of the unassembled bodies, >= 0, one number or (N,), length.
 
         An amplitude of the load case multiplies the overlap. Its bonded reactions are those of a gap of minus the overlap, `(B^T d, C d)`; they add
-        to those that the system has of that name. ModelError for overlaps that are negative or not finite, a bad name, or
-        that of a locked bolt.
+        to those that the system has of that name. ModelError for overlaps that are negative or not finite, a bad name, or that of
+        a locked bolt.
 
         Examples
         --------

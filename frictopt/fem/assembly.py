@@ -67,7 +67,11 @@ class Assembly:
     def release(self) -> tuple[csr_matrix, csr_matrix]:
         """Matrices R and D of `u = R y + D F`, the displacements under loads F on the bodies, see `released`; y are those of the free rows."""
         R, D = released(self.whole, self.rows, self.cuts)
-        return (along_directions(R, self.rows, self.directions) if len(self.oblique) else R), D
+        return self.turned(R), D
+
+    def turned(self, R: csr_matrix) -> csr_matrix:
+        """A matrix of displacements along the axes, with columns for those along `directions` instead."""
+        return along_directions(R, self.rows, self.directions) if len(self.oblique) else R
 
     @cached_property
     def glued(self) -> Glued:

@@ -162,6 +162,14 @@ def _cut(mesh: Mesh, section: str, start: str) -> tuple[Integers, Integers, Arra
     return near[across], far[across], axis, whole.with_boundaries(faces)
 
 
+def tied_across(rows: Integers, cuts: Sequence[Cut]) -> csr_matrix:
+    """The matrix (size, size) that lets the far faces of cuts follow the near ones."""
+    follows = np.arange(rows.size)
+    for cut in cuts:
+        follows[rows[cut.far]] = rows[cut.near]
+    return csr_matrix((np.ones(rows.size), (np.arange(rows.size), follows)), shape=(rows.size,) * 2)
+
+
 def released(K: csr_matrix, rows: Integers, cuts: Sequence[Cut]) -> tuple[csr_matrix, csr_matrix]:
     """Matrices R and D (size, size) of `u = R y + D F`, the displacements under loads F when the faces of cuts are tied across their axes.
 
@@ -170,12 +178,9 @@ def released(K: csr_matrix, rows: Integers, cuts: Sequence[Cut]) -> tuple[csr_ma
     the far faces, and the loads `R^T F`.
     """
     size, moves = K.shape[0], [csr_matrix((K.shape[0], 0))]
-    follows = np.arange(size)
-    for cut in cuts:
+    for cut in (cut for cut in cuts if not cut.bolt.locked):
         far = rows[cut.far]
-        follows[far] = rows[cut.near]
-        if not cut.bolt.locked:
-            moves.append(csr_matrix((np.tile(-cut.axis, len(far)), (far.ravel(), np.zeros(far.size, int))), shape=(size, 1)))
-    C, c = csr_matrix((np.ones(size), (np.arange(size), follows)), shape=K.shape), csr_matrix(hstack(moves))
+        moves.append(csr_matrix((np.tile(-cut.axis, len(far)), (far.ravel(), np.zeros(far.size, int))), shape=(size, 1)))
+    C, c = tied_across(rows, cuts), csr_matrix(hstack(moves))
     flexible = csr_matrix(np.linalg.inv((c.T @ K @ c).toarray()))
     return csr_matrix(C - c @ (flexible @ (c.T @ K @ C))), csr_matrix(c @ flexible @ c.T)

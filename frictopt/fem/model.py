@@ -47,6 +47,7 @@ class ContactModel(Shown, Viewed, Vibrating):
         does, held across the plane of symmetry: nodes of a contact there, as on the axis of axisymmetric bodies, do not slip across it.
     loads
         Load case name -> its loads: Traction, Pressure, BodyForce, Centrifugal, Expansion, Displacement, Interference, BoltPreload,
+        or what `Modes.load` gives.
     contacts
         The contacts, each of another name. None given: two bodies, the first of them body 1, meet along the boundary "contact" of both. A corner node
         belongs to as many contacts as faces end there. Where its motion in the last of them follows from the others, the next node stands for both;

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import block_diag, csr_matrix, diags, identity
+from scipy.sparse import block_diag, csr_matrix, diags
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
 from ..contact import Array, Booleans, Integers, Plotted, Shown, frozen, whole_number
@@ -19,9 +19,9 @@ from ..contact.result import Table, frame
 from ..errors import SolverError
 from .assembly import Assembly, Load
 from .bodies import Body
+from .bolts import tied_across
 from .condense import Glued, eliminated, fronts
 from .mass import NodalForces, body_mass
-from .supports import along_directions
 
 _SHIFT = 1e-3  # of the stiffness towards that of bodies without rigid motions, over (speed of sound / size)^2: below the first mode of most bodies
 _RIGID = 1e-7  # over the shift: the squares of frequencies up to which a motion has none
@@ -189,18 +189,13 @@ def _found(parts: Assembly, springs: tuple[Array, Array], opened: Booleans, n: i
 
 def _motions(parts: Assembly, springs: tuple[Array, Array], opened: Booleans) -> tuple[csr_matrix, Integers, Array]:
     """The matrix T of the displacements `u = T y` in a mode, the front that eliminates each of the y, and springs that hold them."""
-    d, follows = parts.points.shape[1], np.arange(parts.points.size)
-    for cut in parts.cuts:
-        follows[parts.rows[cut.far]] = parts.rows[cut.near]
-    T, front = fronts(parts.glued)
+    d, (T, front) = parts.points.shape[1], fronts(parts.glued)
     give = np.where(np.tile(opened, d), np.inf, compliances(*springs, parts.width, d - 1))
     stiff = np.zeros(len(front))
     stiff[front < 0] = np.divide(1.0, give, out=np.zeros(len(give)), where=give > 0)
     front[np.flatnonzero(front < 0)[give > 0]] = front.max() + 1  # what is open or gives moves, too
     moves = (front >= 0) & (np.diff(T.tocsc().indptr) > 0)
-    C = csr_matrix(identity(len(follows), format="csr")[follows])
-    C = along_directions(C, parts.rows, parts.directions) if len(parts.oblique) else C
-    return csr_matrix(parts.tied @ C @ T[:, moves]), front[moves], stiff[moves]
+    return csr_matrix(parts.tied @ parts.turned(tied_across(parts.rows, parts.cuts)) @ T[:, moves]), front[moves], stiff[moves]
 
 
 def _shift(parts: Assembly) -> float:

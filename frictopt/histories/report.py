@@ -57,7 +57,7 @@ def report(
         The contact, its load cycle, and its coefficient of friction, one or one per node.
     load_factors
         (K,) load factors of the curve, > 0 and rising, to which 1 is added; None: 1/4, 1/2, 1 and 2, or less, where 2 is above 95 % of the
-        sliding-off load.
+        gross-slip load.
     steps, progress
         Number of increments from corner to corner (None: the exact path in the plane, 2 in space, whose `step_error` says what they leave), and
         whether to show a bar after two seconds. Ctrl-C stays a KeyboardInterrupt with an attribute `report`, which holds what is known by then.

@@ -16,11 +16,11 @@ import pandas as pd
 from ..contact import ROUNDING, Array, ContactState, ContactSystem, Kept, LoadCycle, Outcome, Plotted
 from ..contact.diagnosis import counted
 from ..contact.files import output
+from ..contact.result import WIDE
 from ..limits import GrossSlip, GuaranteedLimit, RequiredFriction, ShakedownLimit
 from ..transients import SteadyState
 from .backbone_result import BackboneCurve
 
-_WIDTH = 79  # characters of a line
 _MANY = 20  # nodes that slip, from which on their work and share settle with the mesh to some per cent
 _CORNERS = 4  # whose forces are shown
 _HEAD = """<!doctype html>
@@ -216,16 +216,16 @@ class Report(Kept):
         return f"Mean load: {mean}. Corners at load factor 1: {'; '.join(names[:_CORNERS])}{'; ...' * (len(names) > _CORNERS)}."
 
     def __str__(self) -> str:
-        lines = [self._title, fill(self._loads, _WIDTH)]
+        lines = [self._title, fill(self._loads, WIDE)]
         for title, sentences, table, _ in self._sections():
-            lines += ["", title, "-" * len(title), *(fill(sentence, _WIDTH) for sentence in sentences)]
+            lines += ["", title, "-" * len(title), *(fill(sentence, WIDE) for sentence in sentences)]
             if title == "Numbers":
                 for row in self.numbers.itertuples():
                     lines.append(f"{row.number}: {row.value:.5g} {row.unit}".rstrip())
                     meaning = f"{row.meaning}. Settles with the mesh: {row.settles}."
-                    lines.append(fill(meaning, _WIDTH, initial_indent="    ", subsequent_indent="    "))
+                    lines.append(fill(meaning, WIDE, initial_indent="    ", subsequent_indent="    "))
             elif table is not None:
-                lines.append(table.to_string(index=False, float_format="{:.4g}".format, line_width=_WIDTH - 4).rstrip())
+                lines.append(table.to_string(index=False, float_format="{:.4g}".format, line_width=WIDE - 4).rstrip())
         return "\n".join(lines)
 
     def save(self, path: str | Path) -> None:

@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 from ..contact import ROUNDING, SIMULTANEOUS, LoadCycle, lengths
 from ..histories.dissipation_range import DissipationRange
 from ..transients import LoadLoop, SteadyState, Trajectory
-from ..transients.fretting import furthest
+from ..transients.fretting import slip_ways
 from .face import face_map, panels_of
 from .strip import label_contacts, label_panels, lines, lines_or_band, node_at, parts
 from .style import BLACK, GREY, POINTS, SERIES, AxesArray, Look, legend, line, new_axes, picture, series, slanted
@@ -170,7 +170,7 @@ def _work_map(panels: Sequence[Axes], steady: SteadyState, title: str) -> Axes |
     """Work of friction per cycle at each node that closes; the slip range as arrows, between the two slips of the cycle that are furthest apart."""
     panels[0].set_title(title)
     states = steady.states()
-    ranges = furthest(np.where(states.gap[..., None] <= 0, states.slip, np.nan))
+    ranges = slip_ways(states)
     ranges = np.where(lengths(ranges, ranges[:, 0])[:, None] > ROUNDING * np.abs(steady.slip).max(), ranges, 0.0)
     name = "work of friction per cycle (force times length)"
     opened = states.gap.min(axis=0) > 0

@@ -6,12 +6,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import COUNTS, Array, Table, components, finite_array, frame, listed, places
+from ..contact import COUNTS, Array, Table, components, finite_array, frame, listed
+from ..contact.result import named_places
 from ..errors import ModelError
 from .trajectory import Trajectory
 
 _NOTE = "at the ends of a contact with sharp corners, tractions, F1, F2 and SWT are a property of the mesh; refine it before you compare them"
-ENDS_NOTE = "; from, to: least and largest normal stress in the cycle on the critical plane of SWT"
+_ENDS_NOTE = "; from, to: least and largest normal stress in the cycle on the critical plane of SWT"
 _PLANES, _BEST = 800, 20  # planes that are tried first, 5 degrees apart, and the best of them: one alone may be beside a lower peak
 _STEP, _FINER, _ROUNDS = 5.0, 0.4, 10  # degrees of the first steps about them, how much smaller they become, and how often: at last 0.001 degrees
 
@@ -22,10 +23,7 @@ def fretting_table(states: Trajectory, work: Array, stress: ArrayLike | None, st
     width, names, unit = (system.width, ("tau", "pressure"), "") if system.width is not None else (np.ones(system.nodes), ("q", "p"), "_force")
     way = slip_ways(states)
     slip = np.linalg.norm(way, axis=-1)
-    columns: dict[str, ArrayLike] = {"node": np.arange(system.nodes)}
-    if system.contact is not None:
-        columns["contact"] = system.contact
-    columns |= {**places(system), "slip_range": slip}
+    columns: dict[str, ArrayLike] = {"node": np.arange(system.nodes), **named_places(system), "slip_range": slip}
     for name, values in zip(names, (states.q, states.p), strict=True):
         part = axes_of(values) / width[:, None]
         columns[f"{name}_amplitude"] = np.linalg.norm(furthest(part), axis=-1) / 2
@@ -62,8 +60,8 @@ def slip_ways(states: Trajectory) -> Array:
     return furthest(np.where((states.gap <= 0)[..., None], axes_of(states.slip), np.nan))
 
 
-def worst_planes(fields: object, side: int, weights: Mapping[str, float]) -> dict[str, Array]:
-    """Columns of a table from fields at the states of one cycle, or a list of such lists: at each node and for each parameter the worst cycle."""
+def with_worst_planes(table: Table, fields: object, side: int, weights: Mapping[str, float]) -> Table:
+    """Add parameters from fields at the states of one cycle, or a list of such lists: at each node and for each parameter the worst cycle."""
     tensors, given = "tensors_at_contact", listed("fields", fields if np.iterable(fields) else [])
     cycles = [given] if given and hasattr(given[0], tensors) else [listed("fields", cycle if np.iterable(cycle) else []) for cycle in given]
     if not cycles or not all(len(cycle) > 1 and all(hasattr(state, tensors) for state in cycle) for cycle in cycles):
@@ -72,7 +70,11 @@ def worst_planes(fields: object, side: int, weights: Mapping[str, float]) -> dic
     worst = {name: np.max([one[name] for one in found], axis=0) for name in ("SWT", "Findley", "Fatemi_Socie", "Crossland")}
     first = np.argmax([one["SWT"] for one in found], axis=0)
     ends = {name: np.choose(first, [one[name] for one in found]) for name in ("from", "to")}
-    return {**worst, **ends}
+    if len(first) != len(table):
+        raise ModelError(f"fields: those of a contact with {len(first)} nodes, this one has {len(table)}; give those of its model")
+    table = table.assign(**worst, **ends)
+    table.attrs["note"] += _ENDS_NOTE
+    return table
 
 
 def _columns(cycle: Sequence[Any], side: int, weights: Mapping[str, float]) -> dict[str, Array]:

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import SAME_STATE, ContactState, ContactSystem, LoadCycle, Outcome, Plotted, Recorded, SolveRecord, Table, components, frame, places
+from ..contact import SAME_STATE, ContactState, ContactSystem, LoadCycle, Outcome, Plotted, Recorded, SolveRecord, Table, components, frame
 from ..contact.checks import Array, Booleans, finite_number, frozen, whole_number
+from ..contact.result import named_places
 from ..contact.tolerances import COUNTS
 from ..errors import ModelError, SolverError
 from .by_contact import contact_table, tensions
-from .fretting import ENDS_NOTE, fretting_table, worst_planes
+from .fretting import fretting_table, with_worst_planes
 from .march import amplitudes_at, march
 from .trajectory import LoadLoop, Trajectory
 
@@ -117,8 +119,7 @@ class SteadyState(Recorded, Plotted):
 
     def to_frame(self) -> Table:
         """The DataFrame of the nodes: columns node, contact (if named), x (x, y, z), slip (slip1, slip2), open, dissipation (work per cycle)."""
-        names = {} if self.system.contact is None else {"contact": self.system.contact}
-        columns = {"node": range(len(self.gap)), **names, **places(self.system), **components("slip", self.slip), "open": self.open}
+        columns = {"node": range(len(self.gap)), **named_places(self.system), **components("slip", self.slip), "open": self.open}
         return frame({**columns, "dissipation": self.dissipation_per_node}, units=self.system.units)
 
     @property
@@ -135,6 +136,10 @@ class SteadyState(Recorded, Plotted):
         SolverError
             They do not come back to where they began, or have another work.
         """
+        return self._states
+
+    @cached_property
+    def _states(self) -> Trajectory:
         asked = self.system, self.cycle, self.friction, self.load_factor
         path = march(*asked, initial_state=self.state, cycles=self.period, steps=self.steps or None, progress=False)
         drift = 0.0 if self.outcome is Outcome.RATCHETING else max(np.ptp(values[[0, -1]], axis=0).max() for values in (path.slip, path.gap))
@@ -287,12 +292,7 @@ class SteadyState(Recorded, Plotted):
             return table
         if hasattr(fields, "recover"):
             fields = [found for _, found, _ in fields._over(self, every=False)]
-        planes = worst_planes(fields, body, weights)
-        if len(planes["SWT"]) != len(table):
-            raise ModelError(f"fields: those of a contact with {len(planes['SWT'])} nodes, this one has {len(table)}; give those of its model")
-        table = table.assign(**planes)
-        table.attrs["note"] += ENDS_NOTE
-        return table
+        return with_worst_planes(table, fields, body, weights)
 
     def _answer(self) -> Mapping[str, object]:
         last = "unproven" if self.engine == "path" else "step_error"

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..contact import ContactState, ContactSystem, Kept, LoadCycle, Plotted, SolveRecord, Table, Verdict, components, frame, joined, places, referee
 from ..contact.checks import Array, Integers, choice, frozen, whole_number
+from ..contact.result import named_places
 from ..contact.tolerances import SIMULTANEOUS
 from ..errors import ModelError
 
@@ -247,8 +248,8 @@ class Trajectory(Kept, Plotted):
         """
         states, nodes = self.gap.shape
         state, node = np.repeat(np.arange(states), nodes), np.tile(np.arange(nodes), states)
-        named = places(self.system) if self.system.contact is None else {"contact": self.system.contact, **places(self.system)}
-        columns = {"state": state, "time": self.time[state], "node": node} | {name: values[node] for name, values in named.items()}
+        named = {name: values[node] for name, values in named_places(self.system).items()}
+        columns = {"state": state, "time": self.time[state], "node": node, **named}
         for name in ("slip", "gap", "q", "p"):
             columns |= components(name, getattr(self, name).reshape(states * nodes, *self.system.slip_shape[1:] if name in ("slip", "q") else ()))
         return frame({**columns, "status": self._words.ravel(), "work": self.work.ravel()}, units=self.system.units)
