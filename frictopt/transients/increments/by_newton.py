@@ -21,7 +21,7 @@ from .sweeps import increment
 
 _NEWTON = SolveRecord("NEWTON")
 _REPEATS = 0.1  # motions differ by less, over the largest, from those of the cycle before
-_MORE = 0.2  # share of the nodes left that are open, from which on these are eliminated, too
+_MORE = 0.05  # share of the nodes left that are open, from which on these are eliminated, too: few of them cost more than that
 _MEMORY = 2**28  # bytes of factors that are kept for the next cycle
 _SCALES = (1.0, 10.0, 0.1, 100.0, 0.01)  # of the c and d of Newton's method, tried in this order
 
