@@ -243,8 +243,8 @@ def test_an_interrupted_call_keeps_what_it_has_and_a_terminal_shows_it(call, mon
 
 
 def test_condensation_and_recovery_show_how_far_they_are(monkeypatch):
-    model, tell_of = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model(), progress._tell_of
-    monkeypatch.setattr(progress, "_tell_of", lambda bar, _: tell_of(bar, True))
+    model, tell_of, bars = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model(), progress._tell_of, []
+    monkeypatch.setattr(progress, "_tell_of", lambda bar, _: (bars.append(bar), tell_of(bar, True)))
     for what, ask in (("condensation", model.condense), ("recovery", lambda **options: model.recover({"P": 1.0}, slip=[0.0] * 5, **options))):
         for shown in (False, True):
             screen = Terminal()
@@ -252,3 +252,4 @@ def test_condensation_and_recovery_show_how_far_they_are(monkeypatch):
             vars(model).pop("_recovery", None)
             ask(progress=shown)
             assert re.search(rf"{what}: 00:.*elimination: 100%.*{what}: 00:", screen.getvalue(), re.DOTALL) if shown else not screen.getvalue()
+    assert all(type(bar.count) is int for bar in bars)  # a line of a log says `unknowns`, as many times as the count is not 1

@@ -81,7 +81,7 @@ class Elimination:
                     waiting[front[rest[0]]].append((rest, blas.dsyrk(-1.0, below, beta=1.0, c=after, lower=1, overwrite_c=1)))
                 if keep:
                     self._factors.append((order[first:last], order[rest], own, below))
-                bar.update(last - first)
+                bar.update(int(last - first))
         left = np.tril(_assembled(upper, starts[-2], starts[-1], waiting[-1], place)[1])
         self._kept = order[starts[-2] :]
         self.S: Array = left + np.tril(left, -1).T
