@@ -13,12 +13,15 @@ from studies.published import half_planes, nodes, spheres, study
 from two_nodes import two_node_limits
 
 WITHIN = {  # how quantities begin -> largest difference at quick size; of all others 1e-6
+    "critical friction": 2e-3,
+    "friction from which": 2e-3,
     "both limits of a node": 3e-3,
     "work of friction per cycle of a node": 5e-3,
     "half-width of the": 0.05,  # a cell, 0.042 a
     "middle of the stick zone": 0.05,
     "work of friction per cycle, cylinder": 2e-3,
     "work of friction per cycle under a normal": 0.01,
+    "work of friction per cycle of a cylinder": 0.04,  # 16 corners
     "work of friction per cycle of a sphere": 0.06,
     "twisting couple": 0.02,
     "radius of the stick zone": 0.05,
@@ -57,7 +60,7 @@ def test_each_result_is_a_line_of_the_page_with_its_worst_value(tables):
     table = tables["published"].copy()
     row = table.index[table["quantity"].str.startswith("twisting couple")][0]
     table.loc[row, ["ours", "difference"]] = 9.0, 0.5
-    lines = study.STUDY.summary({"published": table}).splitlines()
+    lines = [line for line in study.STUDY.summary({"published": table}).splitlines() if line.startswith("|")]
     assert len(lines) - 2 == len(table.groupby(["source", "quantity"]))
     (line,) = [line for line in lines if "twisting couple" in line]
     assert "| 9 | +50 % |" in line and f"= {table.loc[row, 'at']:g}, worst of 2" in line
@@ -112,6 +115,13 @@ def test_the_area_of_the_loop_is_that_of_its_two_branches(swing, share):
     assert half_planes.work_of_both(swing, share) == pytest.approx(loop / (f * P) ** 2, rel=1e-6)
 
 
+@pytest.mark.parametrize(("swing", "share"), [(0.1, 0.5), (0.3, 0.5)])
+def test_springs_have_the_work_of_the_closed_form_where_the_loads_are_in_phase_and_more_out_of_it(swing, share):
+    in_phase = half_planes.work_of_springs(swing, share, 0.0, 400)
+    assert in_phase == pytest.approx(half_planes.work_of_both(swing, share), rel=3e-3)
+    assert half_planes.work_of_springs(swing, share, 60.0, 400) > 1.5 * in_phase if swing == 0.3 else True
+
+
 def test_a_twisted_sphere_slides_at_the_couple_of_its_pressure_and_is_as_stiff_as_what_still_sticks():
     assert spheres.torque(0.0) == pytest.approx(3 * pi / 16, rel=1e-9)
     for stick in (0.3, 0.7, 0.999):  # what is added turns the zone that sticks as a rigid disc, each body by half (Reissner and Sagoci)
@@ -133,3 +143,4 @@ def test_a_pair_wedges_from_the_friction_on_at_which_a_slip_holds_itself():
     for friction, wedged in ((0.999 * least, False), (1.001 * least, True)):
         limit = fo.shakedown_limit(guaranteed.pair(), guaranteed.PAIR_LOADS, friction, open=[False, False])
         assert np.isinf(limit.load_factor) == wedged
+    assert nodes.one_wedged(guaranteed.pair()) < least

@@ -34,6 +34,8 @@ class Case:
         Ours at each.
     residual
         Largest residual of the answers.
+    curve
+        Whether theirs costs so little that it is drawn as a curve.
     """
 
     source: str
@@ -44,6 +46,7 @@ class Case:
     theirs: Callable[[float], float]
     ours: Sequence[float]
     residual: float
+    curve: bool = True
 
 
 def opposed(mean: dict[str, float], swing: dict[str, float]) -> fo.LoadCycle:

@@ -6,7 +6,7 @@ All lengths are over the half-width of the contact, and E* = 1.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
-from math import asin, log, pi, sin, sqrt
+from math import asin, log, pi, radians, sin, sqrt
 
 import numpy as np
 from scipy.optimize import brentq
@@ -14,12 +14,13 @@ from scipy.optimize import brentq
 import frictopt as fo
 from frictopt.reference import LineContact, half_plane_contact
 
-from .case import Case, first_loading, opposed, stuck
+from .case import Array, Case, first_loading, opposed, stuck
 
 _FRICTION = 0.4
 _CYLINDER = LineContact(P=pi / 4, R=1.0, E_star=1.0, f=_FRICTION)  # half-width 1
 _GROSS = _FRICTION * _CYLINDER.P  # shear force at which the cylinder slides
 _HALF_LENGTH = 1.25
+_STEPS = 240  # of a cycle of springs
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,9 @@ class Parameters:
     bulks: tuple[float, ...] = (0.0, 0.25, 0.5, 0.75, 1.0)  # sigma / (f p_0)
     swing_shear: float = 0.5
     swings: tuple[float, ...] = (0.05, 0.1, 0.2, 0.3, 0.4)  # amplitude of the normal force / mean
+    phases: tuple[float, ...] = (0.0, 30.0, 60.0, 90.0)  # of the normal force, degrees
+    points: int = 64  # of the polygon in place of an ellipse
+    springs: int = 1000  # of theirs
     still_swing: float = 0.3
     still_shear: float = 0.2
     flat: float = 0.6  # half-width of the flat part of the rounded punch
@@ -44,6 +48,7 @@ def cases(parameters: Parameters) -> Iterator[Case]:
     yield from _cattaneo_mindlin(cylinder, cell, parameters)
     yield from _bulk_stress(cylinder, cell, parameters)
     yield from _varying_normal_force(cylinder, cell, parameters)
+    yield _out_of_phase(cylinder, parameters)
     yield _rounded_punch(parameters)
 
 
@@ -174,6 +179,56 @@ def work_of_both(swing: float, share: float) -> float:
     at_low, at_high, at_core = integral(low), integral(high), integral(core)
     sums = 2 * (at_low - at_core) / (g - 1) + 2 * (at_high - at_core) / (g + 1) - (at_high - at_low) - (high - low) * displacement(core)
     return 2 * g * sums / P**2
+
+
+def _out_of_phase(cylinder: fo.ContactSystem, parameters: Parameters) -> Case:
+    swing, share = parameters.still_swing, parameters.swing_shear
+    steady = []
+    for phase in parameters.phases:
+        loads: dict[str, float | tuple[float, float]] = {"Q": share * _GROSS, "P": (swing * _CYLINDER.P, phase)}
+        cycle = fo.LoadCycle.harmonic(loads, mean={"P": _CYLINDER.P}, points=parameters.points)
+        steady.append(fo.steady_state(cylinder, cycle, _FRICTION, 1.0))
+    how = f"{parameters.cells} cells, Q = {share:g} f P, amplitude of P {swing:g} P, {parameters.points} corners in place of an ellipse"
+    return Case(
+        "Putignano, Ciavarella & Barber 2011",
+        "work of friction per cycle of a cylinder under loads out of phase, W E* / (f P)^2",
+        "phase of the normal force, degrees",
+        f"{how}; theirs: superposition in steps of {360 / _STEPS:g} degrees with {parameters.springs} springs",
+        parameters.phases,
+        lambda phase: work_of_springs(swing, share, phase, parameters.springs),
+        [one.dissipation / _GROSS**2 for one in steady],
+        max(one.residual for one in steady),
+        curve=False,
+    )
+
+
+def work_of_springs(swing: float, share: float, phase: float, springs: int) -> float:
+    """Work of friction per cycle, W E* / (f P)^2, of a cylinder under harmonic forces: normal `P + swing P cos(t + phase)`, shear `share f P cos t`.
+
+    The superposition of Jäger and Ciavarella is that of springs which do not feel each other. Each touches from one normal force on, is pressed by
+    how far D (see `work_of_both`, with a rigid motion that makes it rise) has grown since, and slips at f times that. They are as stiff both ways;
+    those that touch at a force are together as stiff as the contact is there, `1 / D'`. The second cycle is steady.
+    """
+    P = _CYLINDER.P
+
+    def displacement(force: Array) -> Array:
+        return force - force * np.log(force) / pi
+
+    touch = np.linspace(0.0, P * (1 + swing), springs + 1)
+    stiffness = np.diff(np.r_[0.0, 1 / (1 - (1 + np.log(touch[1:])) / pi)])
+    middle = displacement((touch[1:] + touch[:-1]) / 2)
+    spring, works = np.zeros(springs), []
+    for angle in np.linspace(0.0, 4 * pi, 2 * _STEPS + 1):
+        bound = _FRICTION * np.maximum(displacement(np.array(P * (1 + swing * np.cos(angle + radians(phase))))) - middle, 0.0)
+        way = brentq(_missing, -9.0, 9.0, args=(spring, bound, stiffness, share * _GROSS * np.cos(angle)), xtol=1e-13)
+        moved = np.clip(spring + way, -bound, bound)
+        works.append(float(stiffness @ (bound * np.abs(spring + way - moved))))
+        spring = moved
+    return sum(works[_STEPS + 1 :]) / _GROSS**2
+
+
+def _missing(way: float, spring: Array, bound: Array, stiffness: Array, shear: float) -> float:
+    return float(stiffness @ np.clip(spring + way, -bound, bound)) - shear
 
 
 def _rounded_punch(parameters: Parameters) -> Case:

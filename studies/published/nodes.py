@@ -6,6 +6,7 @@ from functools import partial
 from math import acos, cos, hypot, pi, radians, sin, tan
 
 import numpy as np
+import numpy.typing as npt
 
 import frictopt as fo
 
@@ -14,7 +15,6 @@ from .case import Array, Case, opposed
 
 _FRICTION = 0.5  # of the node under loads out of phase
 _NORMAL, _LOAD = 0.8, 1.2  # its normal load over the shear load and the mean pressure, and the load factor of its work
-_BISECTIONS = 26
 
 
 @dataclass(frozen=True)
@@ -25,13 +25,14 @@ class Parameters:
     angles: tuple[float, ...] = (30.0, 45.0, 60.0, 75.0)  # of the tilted bar, degrees
     phases: tuple[float, ...] = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0)  # degrees
     points: int = 128  # of the polygon in place of an ellipse
+    bisections: int = 26
 
 
 def cases(parameters: Parameters) -> Iterator[Case]:
     """All cases of nodes."""
     yield from _two_nodes(parameters)
     yield _tilted_bar(parameters)
-    yield _two_wedged()
+    yield from _two_wedged(parameters)
     yield from _out_of_phase(parameters)
 
 
@@ -76,7 +77,7 @@ def _tilted_bar(parameters: Parameters) -> Case:
     for angle in parameters.angles:
         c, s = cos(radians(angle)), sin(radians(angle))
         bar = fo.ContactSystem.from_blocks([[c * c]], [[s * c]], [[s * s]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
-        found.append(_first_infinite(bar, opposed({"P": 1.0}, {"Q": 1.0})))
+        found.append(_first_infinite(bar, opposed({"P": 1.0}, {"Q": 1.0}), [False], parameters.bisections))
     how = "bisection: the friction from which the shakedown limit is infinite"
     return Case(
         "Klarbring 1990, 1999",
@@ -90,18 +91,48 @@ def _tilted_bar(parameters: Parameters) -> Case:
     )
 
 
-def _two_wedged() -> Case:
-    how = "the same with two nodes closed; theirs is the least over directions of slip of the friction that holds both without load"
-    return Case(
-        "Kim, Jang & Barber 2019",
-        "friction from which two nodes may stay wedged without load",
-        "",
-        how,
-        (np.nan,),
-        lambda _: least_wedged(pair()),
-        (_first_infinite(pair(), PAIR_LOADS),),
-        0.0,
+def _two_wedged(parameters: Parameters) -> Iterator[Case]:
+    quantity, how = "friction from which two nodes may stay wedged without load", "the same with two nodes"
+    found = (
+        (
+            "Kim, Jang & Barber 2019",
+            "both closed",
+            least_wedged,
+            np.array([False, False]),
+            f"{how} closed; theirs: the least over directions of slip",
+        ),
+        (
+            "Kim & Jang 2020",
+            "one open",
+            one_wedged,
+            np.array([False, True]),
+            f"{how}, one open; theirs: A / B of the other with what is open eliminated",
+        ),
     )
+    for source, name, theirs, apart, told in found:
+        yield Case(
+            source,
+            f"{quantity}, {name}",
+            "",
+            told,
+            (np.nan,),
+            partial(_of_pair, theirs),
+            (_first_infinite(pair(), PAIR_LOADS, apart, parameters.bisections),),
+            0.0,
+        )
+
+
+def _of_pair(friction: Callable[[fo.ContactSystem], float], _: float) -> float:
+    return friction(pair())
+
+
+def one_wedged(contact: fo.ContactSystem) -> float:
+    """Friction with which the first of two nodes holds itself while the second is open: its shear over its pressure per slip, the second free."""
+    kept, free = [0, 2], [1, 3]  # slips before gaps
+    stiffness = np.block([[contact.A, contact.B.T], [contact.B, contact.C]])
+    eliminated = np.linalg.solve(stiffness[np.ix_(free, free)], stiffness[np.ix_(free, kept)])
+    sheared, pressed = (stiffness[np.ix_(kept, kept)] - stiffness[np.ix_(kept, free)] @ eliminated)[:, 0]
+    return float(abs(sheared / pressed))
 
 
 def least_wedged(contact: fo.ContactSystem) -> float:
@@ -119,12 +150,12 @@ def least_wedged(contact: fo.ContactSystem) -> float:
     return float(needed(angles).min())
 
 
-def _first_infinite(contact: fo.ContactSystem, cycle: fo.LoadCycle) -> float:
-    """The friction from which the shakedown limit is infinite with all nodes closed: slip that holds itself, made large, holds any load."""
-    closed, low, high = np.zeros(contact.nodes, dtype=bool), 0.0, 4.0
-    for _ in range(_BISECTIONS):
+def _first_infinite(contact: fo.ContactSystem, cycle: fo.LoadCycle, apart: npt.ArrayLike, bisections: int) -> float:
+    """The friction from which the shakedown limit is infinite with these nodes open: slip that holds itself, made large, holds any load."""
+    low, high = 0.0, 4.0
+    for _ in range(bisections):
         middle = (low + high) / 2
-        low, high = (low, middle) if np.isinf(fo.shakedown_limit(contact, cycle, middle, open=closed).load_factor) else (middle, high)
+        low, high = (low, middle) if np.isinf(fo.shakedown_limit(contact, cycle, middle, open=apart).load_factor) else (middle, high)
     return (low + high) / 2
 
 

@@ -33,8 +33,8 @@ class Parameters:
 
 FULL = Parameters()
 QUICK = Parameters(
-    nodes.Parameters(frictions=(0.2, 0.6), angles=(60.0,), phases=(0.0, 60.0, 90.0), points=32),
-    half_planes.Parameters(cells=60, shears=(0.5, 0.95), bulks=(0.0, 0.5), swings=(0.1, 0.3)),
+    nodes.Parameters(frictions=(0.2, 0.6), angles=(60.0,), phases=(0.0, 60.0, 90.0), points=32, bisections=11),
+    half_planes.Parameters(cells=60, shears=(0.5, 0.95), bulks=(0.0, 0.5), swings=(0.1, 0.3), phases=(0.0, 90.0), points=16, springs=300),
     spheres.Parameters(cells=(10, 11), shears=(0.8,), sticks=(0.3, 0.7)),
     joints.Parameters(
         slider_loads=(0.2, 0.5),
@@ -82,7 +82,7 @@ def compared(parameters: Parameters) -> Iterator[Row]:
 def curves(parameters: Parameters) -> Iterator[Row]:
     """One row per result of theirs that is a curve, and point of it."""
     for case in cases(parameters):
-        if len(case.at) > 1:
+        if case.curve and len(case.at) > 1:
             named = {"source": case.source, "quantity": case.quantity, "residual": case.residual}
             yield from [named | {"at": at, "theirs": case.theirs(at)} for at in np.linspace(case.at[0], case.at[-1], _POINTS)]
 
@@ -97,12 +97,13 @@ def summary(tables: Mapping[str, pd.DataFrame]) -> str:
             at += f", worst of {len(part)}"
         difference = f"{100 * worst['difference']:+.2g} %" if abs(worst["difference"]) > 1e-6 else "less than 1e-6"
         rows.append([str(source), str(quantity), at, f"{worst['theirs']:.6g}", f"{worst['ours']:.6g}", difference, str(worst["how"])])
-    phases = tables[COMPARED.name].query("quantity.str.startswith('work of friction per cycle of a node')").set_index("at")
-    ends = ", ".join(
-        f"{what} at {phases['theirs'].agg(which):g} for theirs and {phases['ours'].agg(which):g} for ours" for what, which in _ENDS.items()
-    )
+    table, said = tables[COMPARED.name], []
+    for what in ("a node", "a cylinder under loads"):
+        work = table[table["quantity"].str.startswith(f"work of friction per cycle of {what}")].set_index("at")
+        ends = (f"{name} at {work['theirs'].agg(which):g} (theirs) and {work['ours'].agg(which):g} (ours)" for name, which in _ENDS.items())
+        said.append(f"{', '.join(ends)} of {' '.join(what.split()[:2])}")
     head = ["source", "quantity", "at", "theirs", "ours", "difference", "how ours is made, and why it differs"]
-    return f"{markdown(head, rows)}\n\nOf these phases of the normal load, in degrees, the work of friction of a node is {ends}."
+    return f"{markdown(head, rows)}\n\nOf these phases of the normal load, in degrees, the work of friction is {'; '.join(said)}."
 
 
 _COLUMNS = {
