@@ -24,7 +24,7 @@ NAMES = [
     *("guaranteed_limit", "slip_plane", "dissipation", "shakedown_share", "amplitude", "two_states"),
     *("dissipation_range", "least_slip", "limit_after_protocol", "separation", "damping_backbone", "damping_friction"),
     *("backbone_meshes", "wear", "design", "error_vs_time", "mesh_error", "extremes", "scenes", "joint", "space", "spatial_limit"),
-    "spatial_numerics",
+    *("spatial_numerics", "published"),
 ]
 
 

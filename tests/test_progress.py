@@ -15,7 +15,6 @@ import pytest
 
 import frictopt as fo
 from frictopt.contact import Bar, bar_of, progress
-from frictopt.fem import schur
 from studies.progress import each
 from studies.tables import Table
 from systems import CYCLE, FIRST_PAIR, system
@@ -253,16 +252,3 @@ def test_condensation_and_recovery_show_how_far_they_are(monkeypatch):
             vars(model).pop("_recovery", None)
             ask(progress=shown)
             assert re.search(rf"{what}: 00:.*elimination: 100%.*{what}: 00:", screen.getvalue(), re.DOTALL) if shown else not screen.getvalue()
-
-
-def test_condensation_shows_in_a_log_how_many_unknowns_are_eliminated(log, monkeypatch):
-    def slowly(*asked):
-        seen.append(asked[1])
-        if len(seen) == 2:
-            until(log, rf"condensation: \d\d:\d\d; elimination: {asked[1]} of \d+ unknowns, ")
-        return assembled(*asked)
-
-    assembled, seen = schur._assembled, []
-    monkeypatch.setattr(schur, "_assembled", slowly)
-    with redirect_stderr(log):
-        assert fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model().condense().nodes == 5

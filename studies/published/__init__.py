@@ -1,0 +1,1 @@
+"""Results of others beside ours; see `study` for how to run it."""
