@@ -9,6 +9,6 @@ All public names stand here, as `__init__.pyi` lists them; each room of the pack
 
 import lazy_loader
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -9,7 +9,7 @@ from frictopt.contact.files import to_its_end
 from .tables import Study
 
 _MODULES = """
-first_look limits scenes guaranteed separation increments dissipation range damping wear design joint space spatial size validity
+first_look limits scenes guaranteed separation lift_off vanishing increments dissipation range damping wear design joint space spatial size validity
 flicek published.study validation.left_out validation.followed validation.error_vs_time.study validation.extremes.study validation.fuzz.study
 """
 STUDIES: dict[str, Study] = {study.name: study for study in (import_module(f"{__package__}.{name}").STUDY for name in _MODULES.split())}

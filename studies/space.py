@@ -111,9 +111,8 @@ _WORK_COLUMNS = {
 WORK = Table("space_work", "steady work of friction of a square punch under bulk stress at one load factor", _WORK_COLUMNS, FULL, QUICK, work_between)
 
 
-def _report(tables: Mapping[str, pd.DataFrame]) -> str:
+def limits_over_mesh(mesh: pd.DataFrame) -> str:
     """Limits over the mesh, in Markdown."""
-    mesh = tables[MESH.name]
     rows = [
         [f"{scene}, {load}", str(row["nodes"]), *(two_digits(row[name]) for name in ("onset", "guaranteed", "shakedown"))]
         for (scene, load), part in mesh.groupby(["scene", "load"], sort=False)
@@ -122,4 +121,4 @@ def _report(tables: Mapping[str, pd.DataFrame]) -> str:
     return markdown(["contact and load", "N", "onset", "lambda_1", "lambda_2"], rows)
 
 
-STUDY = Study("studies.space", __doc__, "coarse meshes, in seconds", (FRICTION, MESH, WORK), _report)
+STUDY = Study("studies.space", __doc__, "coarse meshes, in seconds", (FRICTION, MESH, WORK), lambda tables: limits_over_mesh(tables[MESH.name]))

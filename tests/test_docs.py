@@ -20,7 +20,8 @@ from studies.__main__ import STUDIES
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(path for path in DOCS.rglob("*.md") if "_build" not in path.parts)]
+PAGES = [ROOT / f"{name}.md" for name in ("README", "CONTRIBUTING", "CHANGELOG")]
+PAGES += sorted(path for folder in (DOCS, ROOT / "paper") for path in folder.rglob("*.md") if "_build" not in path.parts)
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 FAULTS = DOCS / "tables" / "mutants.md"
 TABLES = sorted({*(DOCS / "tables").glob("*.md")} - {FAULTS})

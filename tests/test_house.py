@@ -102,6 +102,14 @@ def test_the_recipe_asks_for_the_versions_of_the_package():
     assert asked == [name for name in asked if f"    - {name.replace('>', ' >', 1)}\n" in recipe]
 
 
+@pytest.mark.parametrize(
+    ("file", "line"), [("CITATION.cff", r"version: (\S+)"), ("CHANGELOG.md", r"## (\S+) - "), ("conda/recipe.yaml", r'  version: "(.+)"')]
+)
+def test_the_version_is_the_same_everywhere(file, line):
+    found = re.search(f"^{line}", (PACKAGE.parent / file).read_text(encoding="utf-8"), re.MULTILINE)
+    assert found[1] == frictopt.__version__
+
+
 def test_every_public_name_is_listed_and_described():
     assert sorted(frictopt.__all__) == frictopt.__all__ and len(frictopt.__all__) <= 64
     modules = [getattr(module, name) for module in (frictopt.scenes, frictopt.results) for name in module.__all__]

@@ -252,3 +252,9 @@ def test_condensation_and_recovery_show_how_far_they_are(monkeypatch):
             vars(model).pop("_recovery", None)
             ask(progress=shown)
             assert re.search(rf"{what}: 00:.*elimination: 100%.*{what}: 00:", screen.getvalue(), re.DOTALL) if shown else not screen.getvalue()
+
+
+def test_a_count_that_is_a_number_of_numpy_is_told(log):
+    with redirect_stderr(log), bar_of(True, "work", "piece") as bar:
+        bar.update(np.int64(2))
+        until(log, r"work: 2 pieces, ")

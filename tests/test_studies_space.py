@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from studies import separation, spatial
+from studies import lift_off, separation, spatial
 from studies.space import LOADS
 
 pytestmark = pytest.mark.slow
@@ -74,3 +74,17 @@ def test_opening_adds_to_the_pin(tables):
     pin = tables["separation_closed"].query("scene == 'pin' and friction == 0.5")
     assert np.all(pin["shakedown"] > 1.15 * pin["all_closed"]) and np.all(pin["open"] == 0) and np.all(pin["opening"] > 0)
     assert pin["rests"].to_numpy() == pytest.approx(pin["shakedown"], rel=0.01)
+
+
+def test_joints_lift_off_and_what_theory_says_of_it_holds(tables):
+    """The best pattern is no worse than others, nothing rests above gross slip, and the theorem of uncoupled contacts holds."""
+    joints, free = tables["lift_off_joints"], tables["lift_off_uncoupled"]
+    assert not (joints[["all_closed", "settled"]].gt(joints["shakedown"] * (1 + 1e-9), axis=0)).any(axis=None)
+    assert (joints["shakedown"] <= joints["sliding"]).all() and (joints["above"] != "SHAKEDOWN").all() and (joints["below"] == "SHAKEDOWN").all()
+    assert (free["rest_below"] == lift_off.QUICK.starts).all() and not free["rest_above"].any() and free["growth"].max() < 1e-12
+
+
+def test_cyclic_slip_in_space_vanishes_with_the_distance_from_the_guaranteed_limit_and_leaves_no_room(tables):
+    rows = tables["vanishing"].pivot(index="seed", columns="distance", values=["amplitude", "room"])
+    for name in ("amplitude", "room"):
+        assert (rows[name, 0.004] < 0.6 * rows[name, 0.008]).all()

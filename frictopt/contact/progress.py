@@ -42,7 +42,7 @@ class Bar:
 
     def update(self, count: int = 1) -> None:
         """So many more are done."""
-        self.count += int(count)  # of numpy, whose comparisons are no numbers
+        self.count += int(count)  # of numpy, too, whose comparisons repeat no text
 
     def look(self) -> Any:
         """The bar of tqdm, as it is now."""
