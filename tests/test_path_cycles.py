@@ -58,7 +58,7 @@ def settled(path, cycles):
 
 def test_slip_that_seems_to_repeat_and_stops_while_its_work_is_made_sure():
     """Its changes count as none, but are no rounding: its work is asked, which does not repeat and then is none."""
-    path, works = Mapped(lambda x: x + PERIODIC / 2, 0.0), iter([4.0, 2.0, 3.0, 0.0])
+    path, works = Mapped(lambda x: x / 2, PERIODIC), iter([4.0, 2.0, 3.0, 5.0, 0.0])
     made, path.cycle_on = path.cycle_on, lambda count: replace(made(count), work=np.array([next(works)]))
     assert settled(path, 50)[0] is Outcome.SHAKEDOWN and not list(works)
 
