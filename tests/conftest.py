@@ -87,6 +87,12 @@ def followed(monkeypatch):
 
 
 @pytest.fixture
+def few_starts(monkeypatch):
+    """Searches of ranges try 8 starts around each end, in place of up to 200: for tests that ask for no more than a range."""
+    monkeypatch.setattr("frictopt.histories.range_search._AROUND", (8, 8))
+
+
+@pytest.fixture
 def no_figures_stay_open():
     yield
     plt.close("all")
