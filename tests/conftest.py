@@ -87,6 +87,12 @@ def followed(monkeypatch):
 
 
 @pytest.fixture
+def few_starts(monkeypatch):
+    """Searches of ranges try 8 starts around each end, in place of up to 200: for tests that ask for no more than a range."""
+    monkeypatch.setattr("frictopt.histories.range_search._AROUND", (8, 8))
+
+
+@pytest.fixture
 def no_figures_stay_open():
     yield
     plt.close("all")
@@ -116,7 +122,8 @@ def quick(quick_data, studies):
             read(study.needs)
             with lock_file(str(quick_data / f"{study.name}.lock")):  # another process may be running it
                 if not all(table.path(quick_data).exists() for table in study.tables):
-                    with redirect_stdout(StringIO()) as printed:
+                    with redirect_stdout(StringIO()) as printed, pytest.MonkeyPatch.context() as patch:
+                        patch.setattr("frictopt.histories.range_search._AROUND", (8, 8))  # starts around ends, of which 200 take minutes
                         assert study.run(["--quick", "--data", str(quick_data)]) == 0
                     assert all(str(table.path(quick_data)) in printed.getvalue() for table in study.tables)
         return {table.name: pd.read_parquet(table.path(quick_data)) for table in tables}

@@ -82,11 +82,6 @@ def test_a_mean_load_without_an_answer_is_no_proof_that_no_node_may_be_open():
     assert [finding.result for finding in space_findings(1030000070, ["limit, plane in 3-D"])] == ["SolverError"]
 
 
-def test_slip_that_seems_to_repeat_and_stops_while_its_work_is_made_sure():
-    """Of some 1e-12 in slips of 857 slip scales, in one of the transients of the range."""
-    assert [finding.result for finding in space_findings(1022000064, ["found range, 3-D"])] == ["answer"]
-
-
 def test_what_clarabel_leaves_open_on_rows_as_they_stand_it_answers_on_scaled_ones():
     assert [finding.result for finding in space_findings(50083, ["limit, plane in 3-D"])] == ["answer"]
 

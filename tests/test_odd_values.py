@@ -257,6 +257,7 @@ def test_everything_public_is_called():
     assert set(public()) <= set(CALLS)
 
 
+@pytest.mark.usefixtures("few_starts")
 @pytest.mark.parametrize("name", CALLS)
 def test_an_odd_value_gives_an_answer_or_an_error_of_ours(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -1,6 +1,7 @@
 """When cycles prove a steady state: maps of one slip whose limit is known, in place of a contact; and energy."""
 
 from copy import copy
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 import frictopt as fo
 from frictopt import Outcome
+from frictopt.contact import PERIODIC
 from frictopt.transients.begin import Cycle, Scales
 from frictopt.transients.cycles import Run
 from frictopt.transients.exact import ExactPath
@@ -52,6 +54,13 @@ def settled(path, cycles):
     run = Run(path, cycles)
     found = run.settled()
     return found.outcome, found.cycle.after[: len(path.x)], run
+
+
+def test_slip_that_seems_to_repeat_and_stops_while_its_work_is_made_sure():
+    """Its changes count as none, but are no rounding: its work is asked, which does not repeat and then is none."""
+    path, works = Mapped(lambda x: x / 2, PERIODIC), iter([4.0, 2.0, 3.0, 5.0, 0.0])
+    made, path.cycle_on = path.cycle_on, lambda count: replace(made(count), work=np.array([next(works)]))
+    assert settled(path, 50)[0] is Outcome.SHAKEDOWN and not list(works)
 
 
 def test_a_slow_affine_map_is_extrapolated():
