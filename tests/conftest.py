@@ -86,10 +86,12 @@ def followed(monkeypatch):
     return seen
 
 
-@pytest.fixture
-def few_starts(monkeypatch):
-    """Searches of ranges try 8 starts around each end, in place of up to 200: for tests that ask for no more than a range."""
-    monkeypatch.setattr("frictopt.histories.range_search._AROUND", (8, 8))
+@pytest.fixture(scope="module")
+def few_starts():
+    """Searches of ranges try 24 starts around each end, in place of up to 200: for tests that ask for no more than a range."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("frictopt.histories.range_search._AROUND", (8, 24))
+        yield
 
 
 @pytest.fixture

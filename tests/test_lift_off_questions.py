@@ -75,7 +75,7 @@ def test_the_margin_falls_by_the_rate_of_friction(pin):
 
 
 def test_required_friction_agrees_with_the_limit_from_both_sides():
-    for contact, friction, limit in opening(3):
+    for contact, friction, limit in opening(3)[:2]:
         required = fo.required_friction(contact, CYCLE, limit.load_factor, events=True)
         assert required.required <= friction * (1 + 1e-5)
         enough, less = (fo.shakedown_limit(contact, CYCLE, f, events=True).load_factor for f in (required.required, required.bound))
@@ -85,7 +85,7 @@ def test_required_friction_agrees_with_the_limit_from_both_sides():
 def test_an_uncoupled_contact_that_lifts_off_rests_from_every_start_or_from_none():
     """The theorem: what is safe with something to spare, with events, is where all starts come to rest."""
     followed, seed = 0, 0
-    while followed < 5:
+    while followed < 3:
         rng, seed = np.random.default_rng([53, seed]), seed + 1
         drawn = random_system(rng, 3, coupling=0.0)
         contact = drawn.with_bonded({"cyclic": (drawn.bonded["cyclic"][0], rng.normal(size=3))})

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given, settings
+from hypothesis import Phase, assume, example, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
@@ -11,6 +11,7 @@ from spatial import random_contact
 from systems import CYCLE, random_system
 
 STEP = 1e-6
+EXAMPLES = settings(phases=[Phase.explicit])  # alone
 
 
 def agrees(rate, limit, asked, slack=1e-4):
@@ -88,7 +89,7 @@ def test_with_open_nodes(seed):
     rates_agree(fo.shakedown_limit, contact, CYCLE, 0.5)
 
 
-@settings(max_examples=2)
+@settings(max_examples=1)
 @given(seed=st.integers(0, 10**6), nodes=st.integers(2, 4), f=st.floats(0.3, 0.8), most=st.sampled_from([None, 0.3]), fixed=st.booleans())
 @example(seed=8, nodes=4, f=0.6, most=None, fixed=True)  # rows of the critical node itself rule where a part is fixed
 @example(seed=12, nodes=4, f=0.6, most=0.3, fixed=True)
@@ -98,24 +99,25 @@ def test_of_the_guaranteed_limit_in_the_plane(seed, nodes, f, most, fixed):
     rates_agree(fo.guaranteed_limit, contact, cycle, f, most)
 
 
-@settings(max_examples=1)
-@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 3), f=st.floats(0.3, 0.8))
-@example(seed=4, nodes=2, f=0.6)  # three corners
-@example(seed=6, nodes=2, f=0.6)
-def test_of_the_guaranteed_limit_in_space(seed, nodes, f):
+@EXAMPLES
+@given(seed=st.integers())
+@example(seed=4)  # three corners
+@example(seed=6)
+def test_of_the_guaranteed_limit_in_space(seed):
     """Two opposed corners rule, or three."""
-    contact = random_contact(np.random.default_rng(seed), nodes)
-    rates_agree(fo.guaranteed_limit, contact, fo.LoadCycle({"mean": 1.0}, [{"a": 1.0, "b": 0.3}, {"a": -1.0, "c": 0.5}, {"b": 1.2}]), f, slack=1e-3)
+    contact = random_contact(np.random.default_rng(seed), 2)
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0, "b": 0.3}, {"a": -1.0, "c": 0.5}, {"b": 1.2}])
+    rates_agree(fo.guaranteed_limit, contact, cycle, 0.6, slack=1e-3)
 
 
-@settings(max_examples=1)
-@given(seed=st.integers(0, 10**6))
+@EXAMPLES
+@given(seed=st.integers())
 @example(seed=1)
 @example(seed=2)
 def test_of_the_guaranteed_limit_with_open_nodes(seed):
     contact = random_system(np.random.default_rng(seed), 4, coupling=0.8).with_gap([0.0, 0.0, 3.0, 0.0])
-    assume(fo.guaranteed_limit(contact, CYCLE, 0.5).open.any())
-    assert rates_agree(fo.guaranteed_limit, contact, CYCLE, 0.5).node is not None or seed > 2
+    limit = rates_agree(fo.guaranteed_limit, contact, CYCLE, 0.5)
+    assert limit.open.any() and limit.node is not None
 
 
 def test_the_bolt_with_the_largest_rate_presses_the_node_that_limits():

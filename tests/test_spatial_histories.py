@@ -18,6 +18,8 @@ from spatial import cycle, random_contact, single
 from studies.validation.fuzz.embedded import embedded
 from systems import CYCLE, FIRST_PAIR, system
 
+pytestmark = pytest.mark.usefixtures("few_starts")
+
 PAIR = system(*FIRST_PAIR)
 SOLID, _ = embedded(PAIR, np.random.default_rng(13))
 
@@ -57,14 +59,6 @@ def test_a_node_that_is_assembled_slips_by_what_friction_lacks():
     loads = fo.LoadCycle({"P": 1.0, "X": 3.0, "Y": 4.0}, [{"X": 1.0}, {"X": -1.0}])
     assert fo.starts.assembled_slip(node, loads, 0.5) == pytest.approx(-3.0 * np.array([[0.6, 0.8]]), abs=1e-5)
     assert fo.starts.assembled_slip(node, loads, 2.0) == pytest.approx(np.zeros((1, 2)))
-
-
-@pytest.fixture(scope="module", autouse=True)
-def few_starts():
-    """Searches try 24 starts around each end, in place of 200: what they find here is the same."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("frictopt.histories.range_search._AROUND", (8, 24))
-        yield
 
 
 def in_both(ask, *given, **options):
@@ -125,7 +119,7 @@ def test_a_rough_transient_has_the_work_of_the_settled_one_but_for_a_share(seed)
 
 
 @pytest.fixture(scope="module")
-def free():
+def free(few_starts):
     """The range of all starts of two nodes, and what was asked."""
     contact, loads = random_contact(np.random.default_rng(7), 2), cycle(2)
     asked = contact, loads, 0.5, 1.4 * fo.shakedown_limit(contact, loads, 0.5).load_factor
