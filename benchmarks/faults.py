@@ -116,6 +116,7 @@ FAULTS = (
     Fault("fem/model.py", "moved supports load nothing", "parts.release, force - parts.whole @ moved", "parts.release, force", "recovery loads"),
     Fault("fem/bolts.py", "loads do not move the faces of a bolt", "csr_matrix(c @ flexible @ c.T)", "0.0 * csr_matrix(c @ flexible @ c.T)", "bolts"),
     Fault("fem/supports.py", "an edge has one normal", "lean < _EDGE, -lean", "lean < -2, -lean", "oblique_supports"),
+    Fault("fem/supports.py", "a cylinder with two names has edges", 'np.einsum("abn,bnd->and", smooth, weighted)', "weighted", "oblique_supports"),
     Fault("fem/assembly.py", "midside nodes leave an oblique plane", "self._let_follow(links.row", "np.maximum(links.row", "oblique_supports"),
     Fault("fem/interface.py", "nodes on different normals make a pair", "< 0.5 - ASKEW", "< -1.0", "oblique_supports"),
     Fault("fem/interface.py", "rounding moves nodes across an oblique plane", "T.data[np.abs(T.data) <= ROUNDING] = 0.0", "pass", "oblique_supports"),

@@ -21,7 +21,7 @@ from .interface import ASKEW, Interface, frames_of, guided, openings, own_direct
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction, values_at
 from .mass import NodalForces
 from .rigid import NO_ROWS, assemblies, free_motions, node_graph
-from .supports import Support, along_axes, along_directions, normals_along
+from .supports import Support, along_axes, along_directions, nodes_of, normals_along
 
 Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Displacement | Interference | BoltPreload | NodalForces
 
@@ -101,7 +101,7 @@ class Assembly:
 
     def nodes(self, argument: str, part: Support | Displacement) -> Integers:
         """Nodes that a support holds, or a displacement moves."""
-        return np.asarray(nodes_of(self.body(argument, part.body), part) + self.first_node[part.body])
+        return np.asarray(nodes_of(self.body(argument, part.body), part.body, part.where) + self.first_node[part.body])
 
     def _hold(self, supports: Sequence[Support]) -> None:
         """Hold what supports hold; the nodes that one of them holds along an oblique normal have directions of their own."""
@@ -111,13 +111,14 @@ class Assembly:
         for support in supports:
             if not support.normal:
                 held[self.nodes("supports", support)[:, None], self.axes("supports", support.body, support.directions)] = True
-                continue
-            nodes, normals = normals_along(self.body("supports", support.body), support)
-            straight, most = along_axes(normals)
-            nodes = nodes + self.first_node[support.body]
-            held[nodes[straight], most[straight]] = True
-            for node, normal in zip(nodes[~straight].tolist(), normals[~straight], strict=True):
-                oblique[node].append(normal)
+        for name in dict.fromkeys(support.body for support in supports if support.normal):
+            own = [support for support in supports if support.normal and support.body == name]
+            for nodes, normals in normals_along(self.body("supports", name), own):
+                straight, most = along_axes(normals)
+                nodes = nodes + self.first_node[name]
+                held[nodes[straight], most[straight]] = True
+                for node, normal in zip(nodes[~straight].tolist(), normals[~straight], strict=True):
+                    oblique[node].append(normal)
         self.free_rows, self.directions = np.where(held, -1, self.rows), np.tile(np.eye(d), (len(held), 1, 1))
         self.oblique = np.array(sorted(oblique), dtype=np.intp)
         for node, along in oblique.items():
@@ -285,16 +286,3 @@ class Assembly:
                 at = place(self.points[nodes[i]])
                 raise ModelError(f"{argument}: {part} and another displacement move the node at {at} differently in {name}; give one")
             moved[unknowns] = values
-
-
-def nodes_of(body: Body, part: Support | Displacement) -> Integers:
-    """Nodes of the mesh of a body that a support holds, or a displacement moves."""
-    where, x = part.where, body.mesh.p
-    if isinstance(where, str):
-        return body.boundary_nodes(where, f"support of body {part.body!r}")
-    if len(where) != len(x):
-        raise ModelError(f"where: {where}; give the {len(x)} coordinates of a node of body {part.body!r}")
-    distance = np.linalg.norm(x - np.array(where)[:, None], axis=0)
-    if distance.min() > SAME_POINT * np.ptp(x):
-        raise ModelError(f"support of body {part.body!r}: no node at {where}; the nearest is at {tuple(x[:, distance.argmin()].tolist())}")
-    return np.array([distance.argmin()])

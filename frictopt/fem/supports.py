@@ -1,5 +1,6 @@
 """Supports: what they hold, along axes or along the normals of a boundary, and the directions of the nodes that are held so."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -34,7 +35,8 @@ class Support:
         The displacements that are zero: "x", "y", "z", or several of them, such as "xy"; None: all that the body has.
     normal
         True: each node of the boundary is held along the normal there and free across it, as on an oblique plane of symmetry or in a cylinder.
-        `directions` is then None, and no `Displacement` moves the nodes. Where two such boundaries meet, a node is held along both normals.
+        `directions` is then None, and no `Displacement` moves the nodes. At the edge where two such boundaries meet, nodes are held along both
+        normals; where they go on as one, with normals less than 25 degrees apart, along that of both together.
 
     Raises
     ------
@@ -79,26 +81,47 @@ def checked_point(name: str, point: object, words: str, sizes: tuple[int, ...] =
     return tuple(finite_numbers(name, point))
 
 
-def normals_along(body: Body, support: Support) -> tuple[Integers, Array]:
-    """Nodes of a body that a support holds along their normals, and these unit normals (n, d); nodes amid edges have the mean of their corners'."""
-    mesh, facets = body.mesh, body.boundary(str(support.where), f"support of body {support.body!r}")
-    corners, points = facets_around(mesh, facets), mesh.p.T
-    own = _unit(node_normals(corners, points))
-    lean = np.einsum("fcd,fd->fc", own[corners], normals_of(points[corners])).min(axis=1)
-    if (i := first_of(lean < _EDGE, -lean)) is not None:
-        raise ModelError(
-            f"supports: {support} has an edge around {place(points[corners[i]].mean(axis=0))}, where its nodes have two normals; name the face on "
-            "either side of the edge, and give each a support, or mesh a curved face finer"
-        )
-    elements, _ = places_of(mesh, facets)
-    total = np.zeros_like(points)
-    np.add.at(total, mesh.dofs.element_dofs[:, elements], np.einsum("lc,cfd->lfd", corner_weights(type(mesh)), own[mesh.t[:, elements]]))
-    nodes = facet_nodes(mesh, facets)
-    return nodes, _unit(total)[nodes]
+def nodes_of(body: Body, name: str, where: Place) -> Integers:
+    """Nodes of the mesh of a body at the place of a support or a displacement."""
+    x = body.mesh.p
+    if isinstance(where, str):
+        return body.boundary_nodes(where, f"support of body {name!r}")
+    if len(where) != len(x):
+        raise ModelError(f"where: {where}; give the {len(x)} coordinates of a node of body {name!r}")
+    distance = np.linalg.norm(x - np.array(where)[:, None], axis=0)
+    if distance.min() > SAME_POINT * np.ptp(x):
+        raise ModelError(f"support of body {name!r}: no node at {where}; the nearest is at {tuple(x[:, distance.argmin()].tolist())}")
+    return np.array([distance.argmin()])
+
+
+def normals_along(body: Body, supports: Sequence[Support]) -> list[tuple[Integers, Array]]:
+    """Nodes of a body that each of its supports holds along their normals, and these unit normals (n, d).
+
+    Nodes amid edges have the mean of their corners'. Faces that go on smoothly are one: nodes that they share have the normal of both together.
+    """
+    mesh, points = body.mesh, body.mesh.p.T
+    faces = [body.boundary(str(support.where), f"support of body {support.body!r}") for support in supports]
+    around = [facets_around(mesh, facets) for facets in faces]
+    weighted = np.array([node_normals(corners, points) for corners in around])
+    smooth = np.einsum("and,bnd->abn", _unit(weighted), _unit(weighted)) > _EDGE
+    found = []
+    for support, facets, corners, own in zip(supports, faces, around, _unit(np.einsum("abn,bnd->and", smooth, weighted)), strict=True):
+        lean = np.einsum("fcd,fd->fc", own[corners], normals_of(points[corners])).min(axis=1)
+        if (i := first_of(lean < _EDGE, -lean)) is not None:
+            raise ModelError(
+                f"supports: {support} has an edge around {place(points[corners[i]].mean(axis=0))}, where its nodes have two normals; name the face "
+                "on either side of the edge, and give each a support, or mesh a curved face finer"
+            )
+        elements, _ = places_of(mesh, facets)
+        total = np.zeros_like(points)
+        np.add.at(total, mesh.dofs.element_dofs[:, elements], np.einsum("lc,cfd->lfd", corner_weights(type(mesh)), own[mesh.t[:, elements]]))
+        nodes = facet_nodes(mesh, facets)
+        found.append((nodes, _unit(total)[nodes]))
+    return found
 
 
 def _unit(vectors: Array) -> Array:
-    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1), np.finfo(float).tiny)[:, None])
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), np.finfo(float).tiny))
 
 
 def along_axes(normals: Array) -> tuple[Booleans, Integers]:

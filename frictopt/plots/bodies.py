@@ -13,12 +13,12 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from mpl_toolkits.mplot3d.proj3d import proj_transform
 
 from ..contact import Array, ContactSystem, Integers
-from ..fem.assembly import nodes_of
 from ..fem.bodies import Body
 from ..fem.loads import Pressure, Traction, surface_forces
 from ..fem.model import ContactModel
 from ..fem.modes import Modes
 from ..fem.recovery import BodyFields, von_mises
+from ..fem.supports import nodes_of
 from ..scenes.scene import Scene
 from .strip import label_panels, lines
 from .style import BLACK, GREY, POINTS, AnyAxes, AxesArray, Look, arrows, legend, line, new_axes, picture, series, slanted, spread
@@ -157,7 +157,7 @@ def _supports(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
     everything, named = "xyz" if in_space else "xy", set()
     for support in model.supports:
         body, held = model.bodies[support.body], support.directions or everything
-        points = body.mesh.p[:, nodes_of(body, support)]
+        points = body.mesh.p[:, nodes_of(body, support.body, support.where)]
         marker = "s" if held == everything else {"x": ">", "y": "^", "z": "v"}.get(held, "D")
         label = None if held in named else f"held in {', '.join(held)}"
         named.add(held)
