@@ -21,6 +21,7 @@ from .bodies import Body, checked_kinematics
 from .bolts import bolts_of, by_their_forces
 from .condense import condensed
 from .contacts import Contact, Joint
+from .cyclic import Cyclic
 from .elasticity import Kinematics
 from .interface import check_course
 from .loads import Expansion
@@ -44,7 +45,8 @@ class ContactModel(Shown, Viewed, Vibrating):
         Name -> body.
     supports
         Supports. With the contacts glued, they must prevent all rigid motions; a body that other bodies hold may be free. Of symmetric bodies a half
-        does, held across the plane of symmetry: nodes of a contact there, as on the axis of axisymmetric bodies, do not slip across it.
+        does, held across the plane of symmetry: nodes of a contact there, as on the axis of axisymmetric bodies, do not slip across it. Of a ring of
+        equal sectors one does: a `Cyclic` for each body that is cut.
     loads
         Load case name -> its loads: Traction, Pressure, BodyForce, Centrifugal, Expansion, Displacement, Interference, BoltPreload,
         or what `Modes.load` gives.
@@ -86,7 +88,7 @@ class ContactModel(Shown, Viewed, Vibrating):
     """
 
     bodies: Mapping[str, Body]
-    supports: Sequence[Support]
+    supports: Sequence[Support | Cyclic]
     loads: Mapping[str, Sequence[Load]]
     contacts: Sequence[Contact] = ()
     kinematics: Kinematics | None = None
@@ -105,7 +107,7 @@ class ContactModel(Shown, Viewed, Vibrating):
             empty = [f"[{name!r}]" for name, parts in loads.items() if not parts]
             raise ModelError(f"loads{(empty or [''])[0]}: no load; give at least one, or leave the load case out")
         vars(self).update(bodies=MappingProxyType(dict(self.bodies)), loads=MappingProxyType(loads), contacts=contacts or (Contact(one, others[0]),))
-        vars(self).update(supports=listed_parts("supports", self.supports, Support), kinematics=kinematics, units=checked_units(self.units))
+        vars(self).update(supports=listed_parts("supports", self.supports, Support, Cyclic), kinematics=kinematics, units=checked_units(self.units))
         _ = self._cases
         for contact, joint in zip(self.contacts, self._parts.joints, strict=True):
             self._warn_of(contact, joint)

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -81,6 +81,25 @@ def checked_point(name: str, point: object, words: str, sizes: tuple[int, ...] =
     return tuple(finite_numbers(name, point))
 
 
+def checked_axis(part: Any) -> None:
+    """Check the centre and the direction of the axis of a part of a model, and make tuples of them."""
+    if part.centre is not None:
+        object.__setattr__(part, "centre", checked_point("centre", part.centre, "one point (x, y), in space (x, y, z)"))
+    object.__setattr__(part, "axis", checked_point("axis", part.axis, "one direction (x, y, z)", (3,)))
+    if not any(part.axis):
+        raise ModelError(f"axis: {part.axis}; give the direction of the axis")
+
+
+def axis_of(part: Any, d: int) -> tuple[Array, Array]:
+    """A point (d,) of the axis of a part of a model, and the unit vector (3,) along it."""
+    centre = np.zeros(d) if part.centre is None else np.array(part.centre)
+    if len(centre) != d:
+        raise ModelError(f"centre: {part.centre}; give the {d} coordinates of a point for body {part.body!r}")
+    if d == 2 and part.axis[:2] != (0.0, 0.0):
+        raise ModelError(f"axis: {part.axis}; body {part.body!r} is plane, and its axis a normal of the plane, or x = 0 if axisymmetric")
+    return centre, np.array(part.axis) / np.linalg.norm(part.axis)
+
+
 def nodes_of(body: Body, name: str, where: Place) -> Integers:
     """Nodes of the mesh of a body at the place of a support or a displacement."""
     x = body.mesh.p
@@ -94,15 +113,21 @@ def nodes_of(body: Body, name: str, where: Place) -> Integers:
     return np.array([distance.argmin()])
 
 
-def normals_along(body: Body, supports: Sequence[Support]) -> list[tuple[Integers, Array]]:
+def normals_along(body: Body, supports: Sequence[Support], seam: tuple[Integers, Integers, Array] | None = None) -> list[tuple[Integers, Array]]:
     """Nodes of a body that each of its supports holds along their normals, and these unit normals (n, d).
 
     Nodes amid edges have the mean of their corners'. Faces that go on smoothly are one: nodes that they share have the normal of both together.
+    So have those on the seam of a sector: some nodes, those that they copy, and the matrix that turns these.
     """
     mesh, points = body.mesh, body.mesh.p.T
     faces = [body.boundary(str(support.where), f"support of body {support.body!r}") for support in supports]
     around = [facets_around(mesh, facets) for facets in faces]
     weighted = np.array([node_normals(corners, points) for corners in around])
+    if seam:
+        high, low, turn = seam
+        both = np.all([weighted[:, side].any(axis=2, keepdims=True) for side in (low, high)], axis=0)
+        weighted[:, low] += both * (weighted[:, high] @ turn)
+        weighted[:, high] = np.where(both, weighted[:, low] @ turn.T, weighted[:, high])
     smooth = np.einsum("and,bnd->abn", _unit(weighted), _unit(weighted)) > _EDGE
     found = []
     for support, facets, corners, own in zip(supports, faces, around, _unit(np.einsum("abn,bnd->and", smooth, weighted)), strict=True):
