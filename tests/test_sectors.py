@@ -1,17 +1,20 @@
 """Sectors of rings against the whole, made of turned copies of their meshes; cut faces that do not match; and what is refused."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import special_ortho_group
-from skfem import MeshQuad
+from skfem import MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
 from frictopt.fem.paraview import contact_face
-from meshes import around, extruded
+from meshes import around, extruded, turned
 
 STEEL, ALLOY = fo.Material(E=2.0, nu=0.3, density=0.5), fo.Material(E=0.7, nu=0.2, density=0.2)
 FRICTION = 0.2
+FILES = Path(__file__).parent.parent / "docs" / "tutorial"
 
 
 def cuts(count):
@@ -24,9 +27,9 @@ def cuts(count):
 
 
 def circles(faces, count, cells):
-    """Where the facets of circles, name -> radius, have their middles, so many in a sector."""
+    """Where the facets of circles, name -> radius, have their middles, so many in a sector: between the chord and the circle."""
     half = np.cos(np.pi / count / cells)
-    return {name: lambda x, r=r: np.abs(np.hypot(*x[:2]) - r * half) < 1e-9 for name, r in faces.items()}
+    return {name: lambda x, r=r: (np.hypot(*x[:2]) > r * half - 1e-9) & (np.hypot(*x[:2]) < r) for name, r in faces.items()}
 
 
 def polar(kind, radii, count, cells, faces):
@@ -88,6 +91,8 @@ def compared(one, part, count, cycle, load_factor=1.5, **steps):
             assert np.allclose(own, other[same], rtol=0, atol=1e-9 * np.abs(whole.bonded[name][1]).max())
     limits = [fo.shakedown_limit(each, cycle, FRICTION).load_factor for each in (whole, system)]
     assert limits[0] == pytest.approx(limits[1], rel=1e-8)
+    gross = [fo.gross_slip(each, cycle, FRICTION).load_factor for each in (whole, system)]
+    assert gross[0] == pytest.approx(gross[1], rel=1e-8)
     steady = [fo.steady_state(each, cycle, FRICTION, load_factor * limits[0], **steps) for each in (whole, system)]
     assert steady[0].dissipation > 0 and steady[0].dissipation == pytest.approx(count * steady[1].dissipation, rel=1e-9)
     assert np.allclose(steady[1].slip, steady[0].slip[same], rtol=0, atol=1e-9 * np.abs(steady[0].slip).max())
@@ -149,3 +154,88 @@ def test_modes_of_a_sector_are_those_of_the_whole_that_repeat(count):
     assert np.allclose(found.frequency[same], modes.frequency, rtol=1e-9) and same[:2] == [0, 5]  # four between them do not repeat
     assert np.allclose(count * modes.effective_mass, found.effective_mass[same], rtol=0, atol=1e-8 * found.mass)
     assert count * modes.mass == pytest.approx(found.mass) and modes.effective_mass.max() > 0.1 * modes.mass
+
+
+def repeated(whole, system, count, turn):
+    """The matrix of the slips and gaps of the whole, direction by direction, by those of a sector, turned again and again."""
+    T = np.zeros((len(whole.S), len(system.S)))
+    for k in range(count):
+        step = np.linalg.matrix_power(turn, k)
+        to = [int(np.linalg.norm(whole.points - step @ point, axis=1).argmin()) for point in system.points]
+        ways = np.einsum("nia,ab,njb->nij", whole.frames[to], step, system.frames)
+        for i, j in np.ndindex(*ways.shape[1:]):
+            T[i * whole.nodes + np.array(to), j * system.nodes + np.arange(system.nodes)] = ways[:, i, j]
+    return T
+
+
+def flange(whole):
+    """The flange of the tutorial with its four bolts, the whole or a quarter, twisted and pulled."""
+    steel, turn = fo.Material(210e3, 0.3), Rotation.from_rotvec([0, 0, np.pi / 2]).as_matrix().round()
+    parts = fo.split_bodies(fo.read_mesh(FILES / "flange.msh"), dict.fromkeys(("upper", "lower", "bolt"), steel))
+    bodies, bolts = {name: parts[name] for name in ("upper", "lower")}, {"bolt": parts["bolt"]}
+    supports = [fo.Support("lower", "bottom")]
+    if whole:
+        bodies = {name: fo.Body(around(body.mesh, 4, turn), steel) for name, body in bodies.items()}
+        bolts = {f"bolt {k}": fo.Body(turned(parts["bolt"].mesh, np.linalg.matrix_power(turn, k)), steel) for k in range(4)}
+    else:
+        supports += [fo.Cyclic(name, "low", "high") for name in bodies]
+    contacts = [fo.Contact("upper", "lower", "lower", "upper", name="flange")]
+    contacts += [fo.Contact(bolt, side, side, "bolt", name=f"{bolt} {side}") for bolt in bolts for side in bodies]
+    loads = {
+        "bolts": [fo.BoltPreload(bolt, "section", 25e3) for bolt in bolts],
+        "pull": [fo.Traction("upper", "top", z=1.0)],
+        "twist": [fo.Traction("upper", "top", x=lambda x, y, z: -y / 33, y=lambda x, y, z: x / 33)],
+    }
+    return fo.ContactModel(bodies | bolts, supports, loads, contacts), turn
+
+
+def test_a_quarter_of_a_flange_of_four_bolts_has_the_answers_of_the_whole():
+    (one, turn), (part, _) = flange(True), flange(False)
+    whole, system = one.condense(), part.condense()
+    T = repeated(whole, system, 4, turn)
+    assert np.allclose(T.T @ T, 4 * np.eye(len(system.S)), atol=1e-12) and (whole.nodes, system.nodes) == (564, 141)
+    assert np.allclose(T.T @ whole.S @ T, 4 * system.S, rtol=0, atol=1e-9 * np.abs(system.S).max())
+    assert np.allclose(4 * system.compliance, whole.compliance, rtol=0, atol=1e-9 * np.abs(whole.compliance).max())
+    for name, reactions in system.bonded.items():
+        r, s = (np.concatenate([pair[0].T, pair[1][None]]).ravel() for pair in (whole.bonded[name], reactions))
+        assert np.allclose(r, T @ s, rtol=0, atol=1e-9 * np.abs(r).max())
+    same = np.abs(T[-whole.nodes :, -system.nodes :]).argmax(axis=1)
+    assert np.allclose(whole.width, system.width[same], rtol=1e-9) and (system.contact == "flange").sum() == 93
+    cycle = fo.LoadCycle({"bolts": 1.0, "pull": 0.5}, [{"twist": 1.0}, {"twist": -1.0}])
+    states = [fo.march(each, cycle, 0.15, load_factor=20.0, cycles=1, steps=1) for each in (whole, system)]
+    assert states[0].work[-1].sum() > 0 and states[0].work[-1].sum() == pytest.approx(4 * states[1].work[-1].sum(), rel=1e-9)
+    opened = states[1].gap[-1] > 0
+    limits = [fo.shakedown_limit(each, cycle, 0.15, open=nodes).load_factor for each, nodes in ((whole, opened[same]), (system, opened))]
+    assert opened.any() and limits[0] > 0 and limits[0] == pytest.approx(limits[1], rel=1e-7)
+
+
+def standing(mesh, height):
+    """The tetrahedra above triangles; those of turned copies of a face are turned copies."""
+    n, (a, b, c) = mesh.p.shape[1], np.sort(mesh.t, axis=0)
+    points = np.hstack([np.vstack([mesh.p, np.full(n, z)]) for z in (0.0, height)])
+    return MeshTet(points, np.hstack([[a, b, c, c + n], [a, b, b + n, c + n], [a, a + n, b + n, c + n]]))
+
+
+def discs(count, cells, height):
+    """Sectors of a disc, which reaches the axis, and of a ring around it, or of cylinders of that height."""
+    rim, hub = (polar(MeshTri, radii, count, cells, {}) for radii in ([0.3, 0.7, 1.0], [1.0, 1.3, 1.8]))
+    inner = np.flatnonzero(np.hypot(*rim.p) < 0.31)
+    core = np.array([inner[:-1], inner[1:], np.full(cells, rim.p.shape[1])])
+    shaft = MeshTri(np.hstack([rim.p, np.zeros((2, 1))]), np.hstack([rim.t, core]))
+    faces = cuts(count) | circles({"contact": 1.0, "outside": 1.8}, count, cells) | {"end": lambda x: x[-1] == 0.0}
+    return {name: (standing(mesh, height) if height else mesh).with_boundaries(faces) for name, mesh in (("shaft", shaft), ("hub", hub))}
+
+
+@pytest.mark.parametrize(("height", "turn"), [(0.0, np.eye(2)), (0.5, np.eye(3)), (0.5, SPACE)])
+def test_a_sector_may_reach_the_axis(height, turn):
+    centre, axis = (0.2, 0.1, -0.4)[: len(turn)], tuple(turn[:, 2]) if height else (0, 0, 1)
+    loads = {"fit": [fo.Interference("contact", 0.02)], "waves": waves(4, turn, centre, "hub", "outside"), "squeeze": [fo.Expansion("shaft", 0.01)]}
+    if height:
+        loads["squeeze"] = [fo.Traction("shaft", "end", **dict(zip("xyz", 0.002 * turn[:, 2], strict=True)))]
+    held = [fo.Support("hub", "end" if height else tuple(float(x) for x in np.array(centre) + turn @ np.eye(len(turn))[0] * 1.8))]
+    one, part = (joined(discs(4, 4, height), 4, whole, turn, centre, axis, held, loads) for whole in (True, False))
+    if not height:
+        arms = np.array(centre) + 1.8 * np.array([[0, 1], [-1, 0], [0, -1]])
+        one = fo.ContactModel(one.bodies, [*held, *(fo.Support("hub", tuple(arm.tolist())) for arm in arms)], loads, one.contacts)
+    compared(one, part, 4, CYCLE, **({"steps": 4} if height else {}))
+    assert len(part._parts.sector.fixed) == 1 + (height > 0)
