@@ -1,9 +1,11 @@
 """Sectors of rings against the whole, made of turned copies of their meshes; cut faces that do not match; and what is refused."""
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial import Delaunay
 from scipy.spatial.transform import Rotation
 from scipy.stats import special_ortho_group
 from skfem import MeshQuad, MeshTet, MeshTri
@@ -239,3 +241,128 @@ def test_a_sector_may_reach_the_axis(height, turn):
         one = fo.ContactModel(one.bodies, [*held, *(fo.Support("hub", tuple(arm.tolist())) for arm in arms)], loads, one.contacts)
     compared(one, part, 4, CYCLE, **({"steps": 4} if height else {}))
     assert len(part._parts.sector.fixed) == 1 + (height > 0)
+
+
+def unlike(low, high, around_it, count=5):
+    """A sector of a ring from 1 to 2 with so many elements on each cut face, and so many around, and a pad of quadrilaterals on a part of its rim."""
+    angle = 2 * np.pi / count
+    line, inner = np.linspace(0, angle, around_it + 1), np.linspace(0, 1, (low + high) // 2 + 1)[1:-1]
+    edges = [(1 + np.linspace(0, 1, low + 1), 0 * np.ones(low + 1)), (1 + np.linspace(0, 1, high + 1), angle * np.ones(high + 1))]
+    edges += [(r * np.ones(around_it - 1), line[1:-1]) for r in (1.0, *(1 + inner), 2.0)]
+    r, t = np.hstack(edges)
+    corners = Delaunay(np.column_stack([r, 2 * t])).simplices.T
+    ring = MeshTri(r * np.array([np.cos(t), np.sin(t)]), np.ascontiguousarray(corners))
+    wide = around_it // 4
+    grid = MeshQuad.init_tensor(np.linspace(2, 2.5, 3), line[wide:-wide])
+    pad = MeshQuad(grid.p[0] * np.array([np.cos(grid.p[1]), np.sin(grid.p[1])]), grid.t)
+    ends = line[wide] - 1e-9, line[-1 - wide] + 1e-9
+    under = lambda x: (np.arctan2(x[1], x[0]) > ends[0]) & (np.arctan2(x[1], x[0]) < ends[1])  # noqa: E731
+    rim = circles({"rim": 2.0}, count, around_it)["rim"]
+    faces = {"contact": lambda x: rim(x) & under(x), "free": lambda x: rim(x) & ~under(x), **circles({"bore": 1.0}, count, around_it)}
+    pads = circles({"contact": 2.0, "top": 2.5}, count, around_it)
+    pads["sides"] = lambda x: ~(pads["contact"](x) | pads["top"](x))
+    return {"ring": ring.with_boundaries(cuts(count) | faces), "pad": pad.with_boundaries(pads)}
+
+
+def padded(meshes, element="linear", held=None):
+    """The model of such a ring, held at its bore or free to turn but for a node, under uniform pressure, an expansion, a drag at the pad."""
+    bodies = {name: fo.Body(mesh, material, element) for (name, mesh), material in zip(meshes.items(), (STEEL, STEEL), strict=True)}
+    drag = fo.Traction("pad", "top", x=lambda x, y: 0.3 * x - y, y=lambda x, y: x + 0.3 * y)
+    loads = {
+        "P": [*(fo.Pressure("ring", name) for name in ("bore", "free")), *(fo.Pressure("pad", name) for name in ("top", "sides"))],
+        "E": [fo.Expansion(name, 0.1) for name in bodies],
+        "drag": [drag],
+    }
+    supports = [fo.Cyclic("ring", "low", "high"), held or fo.Support("ring", (1.0, 0.0), "y")]
+    return fo.ContactModel(bodies, supports, loads, [fo.Contact("pad", "ring")])
+
+
+@pytest.mark.parametrize(("low", "high"), [(3, 3), (3, 4), (5, 2)])
+@pytest.mark.parametrize("element", ["linear", "quadratic"])
+def test_cut_faces_that_do_not_match_pass_uniform_stress_and_expansion(low, high, element):
+    model = padded(unlike(low, high, 12), element)
+    assert (model._parts.sector.copies >= 0).any() == (low == high)
+    system = model.condense()
+    q, p = system.bonded["P"]
+    uniform = system.width * np.r_[1.0, np.full(system.nodes - 2, np.cos(np.pi / 60)), 1.0]  # normals of two chords, but at the ends
+    assert np.allclose(p, uniform, rtol=1e-9) and np.allclose(q, 0, atol=1e-9)
+    assert max(np.abs(each).max() for each in system.bonded["E"]) < 1e-9
+    fields = model.recover({"E": 1.0}, np.zeros(system.nodes))
+    for name, body in model.bodies.items():
+        assert np.allclose(fields.displacement[name], 0.1 * 1.3 * body.mesh.p, atol=1e-9)
+
+
+def test_cut_faces_that_do_not_match_converge_to_those_that_do():
+    bore, apart = fo.Support("ring", "bore"), []
+    for n in (3, 6, 12):
+        same, other = (padded(unlike(*each, 4 * n), held=bore).condense().compliance[2, 2] for each in ((n, n), (n + 1, n - 1)))
+        apart.append(abs(other / same - 1))
+    assert apart[0] < 5e-3 and apart[1] < apart[0] / 4 and apart[2] < apart[1] / 4
+
+
+def refused(hub=None, cut=None, supports=(), contacts=None, kinematics=None, count=3, **loads):
+    """A ring of two bodies in sectors, of which some part is wrong; `hub` has more boundaries of that body, or is its mesh."""
+    model = ring_model(count, False, centre=(0.0, 0.0))
+    bodies, cuts = dict(model.bodies), [support for support in model.supports if isinstance(support, fo.Cyclic)]
+    if hub:
+        bodies["hub"] = fo.Body(bodies["hub"].mesh.with_boundaries(hub) if isinstance(hub, dict) else hub, ALLOY)
+    held = [fo.Support("shaft", "bore"), cuts[0], cut or cuts[1], *supports]
+    return fo.ContactModel(bodies, held, {**model.loads, **loads}, contacts or model.contacts, kinematics)
+
+
+HUB = {"body": "hub", "low": "low", "high": "high"}
+REFUSED = {
+    "high: 'low' is `low` too": lambda: fo.Cyclic("hub", "low", "low"),
+    "axis: (0.0, 0.0, 0.0); give the direction": lambda: fo.Cyclic("hub", "low", "high", axis=(0, 0, 0)),
+    "low: 3": lambda: fo.Cyclic("hub", 3, "high"),
+    "boundary 'left' is unknown": lambda: refused(cut=fo.Cyclic("hub", "left", "high")),
+    "body 'rim' of Cyclic(": lambda: refused(cut=fo.Cyclic("rim", "low", "high")),
+    "has another Cyclic": lambda: refused(cut=fo.Cyclic("shaft", "low", "high")),
+    "its axis a normal of the plane": lambda: refused(cut=fo.Cyclic(**HUB, axis=(1, 0, 0))),
+    "give the 2 coordinates of a point": lambda: refused(cut=fo.Cyclic(**HUB, centre=(0, 0, 0))),
+    "the faces 'high' and 'low' of body 'hub' are no turned copies of each other: turned by 360/3 degrees about the axis, they are up to 0.3 apart": (
+        lambda: refused({"high": lambda x: cuts(3)["high"](x) & (np.hypot(*x) > 1.3)})
+    ),
+    "apart; their middles are": lambda: refused(cut=fo.Cyclic(**HUB, centre=(0.1, 0.0))),
+    "turn about other axes or by other angles": lambda: refused(polar(MeshQuad, [1.0, 1.3, 1.8], 6, 3, {"contact": 1.0})),
+    "an axisymmetric model": lambda: refused(kinematics="axisymmetric", count=4),
+    "is held, and not so the one at (1.3, 0)": lambda: refused(supports=[fo.Support("hub", tuple(float(x) for x in 1.3 * TURN[:, 0]), "x")]),
+    "is held, and not so the one at (1, 0)": lambda: refused(supports=[fo.Support("hub", "high", "x"), fo.Support("hub", "low", "y")]),
+    "is not that of the other face": lambda: refused(move=[fo.Displacement("shaft", "bore", x=0.1)]),
+    "'contact' reaches the cut of the sector at": lambda: refused(cut=fo.Cyclic("hub", "high", "low"), count=2),
+    "'other' reaches the cut of the sector at": lambda: refused(
+        polar(MeshQuad, [1.0, 1.3, 1.8], 3, 7, {"contact": 1.0, "outside": 1.8}), contacts=[fo.Contact("hub", "shaft", name="other")]
+    ),
+}
+TURN = Rotation.from_rotvec([0, 0, 2 * np.pi / 3]).as_matrix()[:2, :2]
+
+
+@pytest.mark.parametrize("message", REFUSED)
+def test_what_is_no_sector_is_refused(message):
+    with pytest.raises(fo.ModelError, match=re.escape(message)):
+        REFUSED[message]()
+
+
+def test_displacements_of_supports_may_repeat():
+    """A bore that is moved around the axis: the ring turns as it is, and nothing is strained."""
+    turned_by = fo.Displacement("shaft", "bore", x=lambda x, y: -0.1 * y, y=lambda x, y: 0.1 * x)
+    model = refused(turn=[turned_by])
+    q, p = model.condense().bonded["turn"]
+    assert max(np.abs(q).max(), np.abs(p).max()) < 1e-12
+    moved = model.recover({"turn": 1.0}, 0 * q).displacement["hub"]
+    assert np.allclose(moved, 0.1 * np.array([[0.0, -1.0], [1.0, 0.0]]) @ model.bodies["hub"].mesh.p, atol=1e-12)
+
+
+def test_either_cut_face_may_be_named_first():
+    assert np.array_equal(refused().condense().S, refused(cut=fo.Cyclic("hub", "high", "low")).condense().S)
+
+
+def test_a_ring_that_nothing_holds_turns():
+    model = refused()
+    with pytest.raises(fo.ModelError, match="can still turn"):
+        fo.ContactModel(
+            model.bodies, [support for support in model.supports if isinstance(support, fo.Cyclic)], model.loads, model.contacts
+        ).condense()
+    with pytest.raises(fo.ModelError, match="can still move along z and turn about z"):
+        part = joined(discs(4, 4, 0.5), 4, False, np.eye(3), (0, 0, 0), (0, 0, 1), [], {"fit": [fo.Interference("contact", 0.02)]})
+        part.condense()
