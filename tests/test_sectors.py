@@ -310,6 +310,13 @@ def refused(hub=None, cut=None, supports=(), contacts=None, kinematics=None, cou
     return fo.ContactModel(bodies, held, {**model.loads, **loads}, contacts or model.contacts, kinematics)
 
 
+def uneven():
+    """A hub whose nodes match those of the shaft at one cut, and not at the other one."""
+    mesh = polar(MeshQuad, [1.0, 1.3, 1.8], 3, 5, {"contact": 1.0, "outside": 1.8})
+    radius, angle = np.hypot(*mesh.p), np.interp(np.arctan2(*mesh.p[::-1]), np.linspace(0, 2 * np.pi / 3, 6), np.radians([0, 30, 60, 80, 100, 120]))
+    return MeshQuad(radius * np.array([np.cos(angle), np.sin(angle)]), mesh.t).with_boundaries(mesh.boundaries)
+
+
 HUB = {"body": "hub", "low": "low", "high": "high"}
 REFUSED = {
     "high: 'low' is `low` too": lambda: fo.Cyclic("hub", "low", "low"),
@@ -330,6 +337,7 @@ REFUSED = {
     "is held, and not so the one at (1, 0)": lambda: refused(supports=[fo.Support("hub", "high", "x"), fo.Support("hub", "low", "y")]),
     "is not that of the other face": lambda: refused(move=[fo.Displacement("shaft", "bore", x=0.1)]),
     "'contact' reaches the cut of the sector at": lambda: refused(cut=fo.Cyclic("hub", "high", "low"), count=2),
+    "'side' reaches the cut of the sector at": lambda: refused(uneven(), contacts=[fo.Contact("hub", "shaft", name="side")]),
     "'other' reaches the cut of the sector at": lambda: refused(
         polar(MeshQuad, [1.0, 1.3, 1.8], 3, 7, {"contact": 1.0, "outside": 1.8}), contacts=[fo.Contact("hub", "shaft", name="other")]
     ),
