@@ -243,8 +243,8 @@ def test_a_sector_may_reach_the_axis(height, turn):
     assert len(part._parts.sector.fixed) == 1 + (height > 0)
 
 
-def unlike(low, high, around_it, count=5):
-    """A sector of a ring from 1 to 2 with so many elements on each cut face, and so many around, and a pad of quadrilaterals on a part of its rim."""
+def unlike(low, high, around_it, height=0.0, count=5):
+    """A sector of a ring from 1 to 2 with so many elements on each cut face, and so many around, and a pad on a part of its rim; in space if high."""
     angle = 2 * np.pi / count
     line, inner = np.linspace(0, angle, around_it + 1), np.linspace(0, 1, (low + high) // 2 + 1)[1:-1]
     edges = [(1 + np.linspace(0, 1, low + 1), 0 * np.ones(low + 1)), (1 + np.linspace(0, 1, high + 1), angle * np.ones(high + 1))]
@@ -253,12 +253,16 @@ def unlike(low, high, around_it, count=5):
     corners = Delaunay(np.column_stack([r, 2 * t])).simplices.T
     ring = MeshTri(r * np.array([np.cos(t), np.sin(t)]), np.ascontiguousarray(corners))
     wide = around_it // 4
-    grid = MeshQuad.init_tensor(np.linspace(2, 2.5, 3), line[wide:-wide])
-    pad = MeshQuad(grid.p[0] * np.array([np.cos(grid.p[1]), np.sin(grid.p[1])]), grid.t)
+    kind = MeshTri if height else MeshQuad  # on a polygon pressure is uniform on each side alone: nodes have to match
+    grid = kind.init_tensor(np.linspace(2, 2.5, 3), line[wide:-wide])
+    pad = kind(grid.p[0] * np.array([np.cos(grid.p[1]), np.sin(grid.p[1])]), grid.t)
+    if height:
+        ring, pad = standing(ring, height), standing(pad, height)
     ends = line[wide] - 1e-9, line[-1 - wide] + 1e-9
     under = lambda x: (np.arctan2(x[1], x[0]) > ends[0]) & (np.arctan2(x[1], x[0]) < ends[1])  # noqa: E731
     rim = circles({"rim": 2.0}, count, around_it)["rim"]
-    faces = {"contact": lambda x: rim(x) & under(x), "free": lambda x: rim(x) & ~under(x), **circles({"bore": 1.0}, count, around_it)}
+    faces = {"contact": lambda x: rim(x) & under(x), **circles({"bore": 1.0}, count, around_it)}
+    faces["free"] = lambda x: rim(x) & ~under(x) | (np.abs(2 * x[-1] - height) > height - 1e-9 if height else False)
     pads = circles({"contact": 2.0, "top": 2.5}, count, around_it)
     pads["sides"] = lambda x: ~(pads["contact"](x) | pads["top"](x))
     return {"ring": ring.with_boundaries(cuts(count) | faces), "pad": pad.with_boundaries(pads)}
@@ -267,29 +271,36 @@ def unlike(low, high, around_it, count=5):
 def padded(meshes, element="linear", held=None):
     """The model of such a ring, held at its bore or free to turn but for a node, under uniform pressure, an expansion, a drag at the pad."""
     bodies = {name: fo.Body(mesh, material, element) for (name, mesh), material in zip(meshes.items(), (STEEL, STEEL), strict=True)}
-    drag = fo.Traction("pad", "top", x=lambda x, y: 0.3 * x - y, y=lambda x, y: x + 0.3 * y)
+    drag = fo.Traction("pad", "top", x=lambda x, y, *_: 0.3 * x - y, y=lambda x, y, *_: x + 0.3 * y)
     loads = {
         "P": [*(fo.Pressure("ring", name) for name in ("bore", "free")), *(fo.Pressure("pad", name) for name in ("top", "sides"))],
         "E": [fo.Expansion(name, 0.1) for name in bodies],
         "drag": [drag],
     }
-    supports = [fo.Cyclic("ring", "low", "high"), held or fo.Support("ring", (1.0, 0.0), "y")]
+    supports = [
+        fo.Cyclic("ring", "low", "high"),
+        held or fo.Support("ring", (1.0, 0.0, 0.0)[: meshes["ring"].dim()], "yz"[: meshes["ring"].dim() - 1]),
+    ]
     return fo.ContactModel(bodies, supports, loads, [fo.Contact("pad", "ring")])
 
 
 @pytest.mark.parametrize(("low", "high"), [(3, 3), (3, 4), (5, 2)])
-@pytest.mark.parametrize("element", ["linear", "quadratic"])
-def test_cut_faces_that_do_not_match_pass_uniform_stress_and_expansion(low, high, element):
-    model = padded(unlike(low, high, 12), element)
+@pytest.mark.parametrize(("element", "height"), [("linear", 0.0), ("quadratic", 0.0), ("linear", 0.4)])
+def test_cut_faces_that_do_not_match_pass_uniform_stress_and_expansion(low, high, element, height):
+    model = padded(unlike(low, high, 12, height), element)
     assert (model._parts.sector.copies >= 0).any() == (low == high)
     system = model.condense()
-    q, p = system.bonded["P"]
-    uniform = system.width * np.r_[1.0, np.full(system.nodes - 2, np.cos(np.pi / 60)), 1.0]  # normals of two chords, but at the ends
-    assert np.allclose(p, uniform, rtol=1e-9) and np.allclose(q, 0, atol=1e-9)
+    mesh = model.bodies["pad"].mesh
+    pushed, nodes = np.zeros(mesh.p.T.shape), mesh.facets[:, mesh.boundaries["contact"]]
+    a, *others = mesh.p[:, nodes].transpose(1, 2, 0)
+    areas = np.cross(others[0] - a, others[1] - a) / 2 if height else (others[0] - a)[:, ::-1] * [1, -1]
+    np.add.at(pushed, nodes, areas * np.sign(np.sum(areas * a, axis=1))[:, None] / mesh.dim())
+    r = np.concatenate([np.reshape(system.bonded["P"][0].T, (-1, system.nodes)), system.bonded["P"][1][None]])
+    assert np.allclose(np.einsum("nka,kn->na", system.frames, r), pushed[model._parts.pairs.nodes - model._parts.first_node["pad"]], atol=1e-9)
     assert max(np.abs(each).max() for each in system.bonded["E"]) < 1e-9
-    fields = model.recover({"E": 1.0}, np.zeros(system.nodes))
+    fields = model.recover({"E": 1.0}, np.zeros(system.slip_shape))
     for name, body in model.bodies.items():
-        assert np.allclose(fields.displacement[name], 0.1 * 1.3 * body.mesh.p, atol=1e-9)
+        assert np.allclose(fields.displacement[name], 0.1 * (1.0 if height else 1.3) * body.mesh.p, atol=1e-9)
 
 
 def test_cut_faces_that_do_not_match_converge_to_those_that_do():
