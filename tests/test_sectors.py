@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial import Delaunay
 from scipy.spatial.transform import Rotation
 from scipy.stats import special_ortho_group
-from skfem import MeshQuad, MeshTet, MeshTri
+from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
 from frictopt.fem.paraview import contact_face
@@ -372,7 +372,20 @@ def test_displacements_of_supports_may_repeat():
     assert np.allclose(moved, 0.1 * np.array([[0.0, -1.0], [1.0, 0.0]]) @ model.bodies["hub"].mesh.p, atol=1e-12)
 
 
+def test_a_bolt_is_not_cut_where_its_sector_is():
+    grid = MeshHex.init_tensor([1.0, 1.5, 2.0], np.linspace(0, np.pi / 2, 4), [0.0, 0.5, 1.0])
+    sleeve = MeshHex(np.array([grid.p[0] * np.cos(grid.p[1]), grid.p[0] * np.sin(grid.p[1]), grid.p[2]]), grid.t)
+    sleeve = sleeve.with_boundaries(cuts(4) | {"contact": lambda x: x[2] == 0, "end": lambda x: x[2] == 1})
+    bodies = {"sleeve": sleeve.with_boundaries({"section": lambda x: x[2] == 0.5}, boundaries_only=False)}
+    bodies["base"] = MeshHex(sleeve.p * [[1], [1], [-1]], sleeve.t).with_boundaries(sleeve.boundaries)
+    supports = [*(fo.Support(name, "end") for name in bodies), *(fo.Cyclic(name, "low", "high") for name in bodies)]
+    with pytest.raises(fo.ModelError, match=r"bolt 'sleeve': its section at .* has nodes on a cut of a sector"):
+        loads = {"bolt": [fo.BoltPreload("sleeve", "section")]}
+        fo.ContactModel({name: fo.Body(mesh) for name, mesh in bodies.items()}, supports, loads, [fo.Contact("sleeve", "base")])
+
+
 def test_either_cut_face_may_be_named_first():
+    assert "sector      1 of 3" in str(refused())
     assert np.array_equal(refused().condense().S, refused(cut=fo.Cyclic("hub", "high", "low")).condense().S)
 
 
@@ -385,3 +398,28 @@ def test_a_ring_that_nothing_holds_turns():
     with pytest.raises(fo.ModelError, match="can still move along z and turn about z"):
         part = joined(discs(4, 4, 0.5), 4, False, np.eye(3), (0, 0, 0), (0, 0, 1), [], {"fit": [fo.Interference("contact", 0.02)]})
         part.condense()
+
+
+def stacked(count, whole, element="linear"):
+    """A cylinder on another one, both on the axis: pressed, and spread by an expansion; the upper one is held by the contact alone."""
+    flat = discs(count, 4, 0.0)["shaft"]
+    upper = standing(flat, 0.5).with_boundaries(cuts(count) | {"contact": lambda x: x[2] == 0, "top": lambda x: np.abs(x[2] - 0.5) < 1e-9})
+    faces = {"contact": lambda x: x[2] == 0, "bottom": lambda x: x[2] < -0.49}
+    lower = MeshTet(upper.p * [[1], [1], [-1]], upper.t).with_boundaries(cuts(count) | faces)
+    loads = {"fit": [fo.Pressure("upper", "top", 0.1)], "waves": [fo.Expansion("lower", 0.1)]}
+    loads["squeeze"] = [fo.Traction("upper", "top", x=lambda x, y, z: -0.05 * y, y=lambda x, y, z: 0.05 * x)]
+    held = [fo.Support("lower", "bottom")]
+    return joined({"upper": upper, "lower": lower}, count, whole, np.eye(3), (0, 0, 0), (0, 0, 1), held, loads, element)
+
+
+@pytest.mark.parametrize(("count", "element"), [(4, "linear"), (3, "quadratic")])
+def test_a_contact_may_reach_the_axis(count, element):
+    one, part = (stacked(count, whole, element) for whole in (True, False))
+    whole, system = one.condense(), part.condense()
+    middle = np.flatnonzero(np.hypot(*system.points[:, :2].T) < 1e-9)
+    assert len(middle) == 1 and whole.nodes == count * (system.nodes - 1) + 1 and system.normals[middle[0]].tolist() == [0.0, 0.0, 1.0]
+    assert np.allclose(count * system.compliance, whole.compliance, rtol=0, atol=1e-9 * np.abs(whole.compliance).max())
+    limits = [fo.shakedown_limit(each, CYCLE, FRICTION).load_factor for each in (whole, system)]
+    assert limits[0] == pytest.approx(limits[1], rel=1e-7)
+    work = [fo.steady_state(each, CYCLE, FRICTION, 1.5 * limits[0], steps=4).dissipation for each in (whole, system)]
+    assert work[0] > 0 and work[0] == pytest.approx(count * work[1], rel=1e-9)

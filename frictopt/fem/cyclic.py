@@ -31,7 +31,8 @@ class Cyclic:
     It is given among the supports of a model, once for each body that is cut. The sectors must be alike, and so must their loads: turned by the angle
     of a sector, each load is that of the next sector. The answers are then those of the ring: limits and slips its own; forces, areas, widths, works
     and compliances those of one sector. The ring may turn about its axis and move along it where nothing holds it, and so may each body; it
-    cannot move in any other way. Like a half of a joint, a sector knows alone the slips that repeat.
+    cannot move in any other way. Like a half of a joint, a sector knows alone the slips that repeat. Faces at which neighbouring sectors slide on
+    each other, such as shrouds of blades, are no cut faces.
 
     Nodes that match are joined one to one, others by the dual mortar method, of quadratic elements through their corners. A contact may reach
     the cut where its own nodes match, and those of both cut faces. Theory, "Sectors of a ring".
@@ -101,6 +102,7 @@ class Sector:
     fixed: Integers  # nodes on the axis, which both faces have
     turn: Array  # (d, d) matrix Q
     along: Array  # (d,) unit vector along the axis; zero in the plane
+    count: int  # of the sectors of the ring
     unlike: Mapping[str, Integers]  # body -> facets of its faces, where they do not match
 
     def held(self) -> list[tuple[Integers, Array]]:
@@ -208,6 +210,7 @@ def sector_of(cuts: Sequence[Cyclic], bodies: Mapping[str, Body], kinematics: Ki
         fixed=np.concatenate([start + cut.fixed for start, cut in zip(starts, cut_bodies, strict=False) if cut]),
         turn=first.turn,
         along=first.along,
+        count=first.count,
         unlike={name: cut.facets for name, cut in found.items() if not cut.match},
     )
 
@@ -224,6 +227,7 @@ class _Turned:
     turn: Array
     shift: Array  # (d,) where the origin is turned to
     along: Array
+    count: int
 
 
 def _turned(body: Body, cut: Cyclic) -> _Turned:
@@ -264,7 +268,7 @@ def _turned(body: Body, cut: Cyclic) -> _Turned:
             "and check axis and centre"
         )
     own = ~np.isin(nodes, fixed)
-    return _Turned(nodes[own], csr_matrix(places[own]), match, fixed, np.r_[low, high], turn, centre - turn @ centre, along[:d])
+    return _Turned(nodes[own], csr_matrix(places[own]), match, fixed, np.r_[low, high], turn, centre - turn @ centre, along[:d], count)
 
 
 def _middle(corners: Array) -> Array:

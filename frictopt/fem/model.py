@@ -262,6 +262,8 @@ class ContactModel(Shown, Viewed, Vibrating):
             extents = " x ".join(f"{extent:.4g}" for extent in np.ptp(body.mesh.p, axis=1))
             bodies[name] = f"E={body.material.E:g}, nu={body.material.nu:g}, {extents}, {body.mesh.p.shape[1]} nodes"
         model = {"bodies": bodies, "contacts": dict(zip(self._parts.names, counts, strict=True)), "supports": len(self.supports)}
+        if self._parts.sector:
+            model["sector"] = f"1 of {self._parts.sector.count}"
         return {**model, "loads": list(self.loads), "kinematics": self.kinematics}
 
     @cached_property
