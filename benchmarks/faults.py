@@ -134,6 +134,8 @@ FAULTS = (
     Fault("fem/paraview.py", "vectors on the other cut are not turned", "@= sector.turn.T", "*= 1.0", "sectors::test_fields_and_pictures"),
     Fault("fem/modes.py", "a shake across the axis of a ring moves all sectors alike", "factors @ np.outer(parts.sector.along, parts.sector.along)",
           "factors", "sectors::test_modes"),
+    Fault("plots/bodies.py", "what is held along normals is drawn as held in all ways", '("D", "held along normals") if support.normal else', "",
+          "sectors::test_a_picture"),
     Fault("fem/bolts.py", "a locked bolt is free to stretch", "for cut in cuts if not cut.bolt.locked)", "for cut in cuts)", "locked_bolts"),
     Fault("fem/assembly.py", "tightening stretches a locked bolt", "- cut.axis * (cut.bolt.locked", "+ cut.axis * (cut.bolt.locked", "locked_bolts"),
     Fault("fem/model.py", "fields of a locked bolt are those of a shortening of 1", "amplitude * units.get(name, 1.0) * part", "amplitude * part",

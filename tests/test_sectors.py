@@ -423,3 +423,9 @@ def test_a_contact_may_reach_the_axis(count, element):
     assert limits[0] == pytest.approx(limits[1], rel=1e-7)
     work = [fo.steady_state(each, CYCLE, FRICTION, 1.5 * limits[0], steps=4).dissipation for each in (whole, system)]
     assert work[0] > 0 and work[0] == pytest.approx(count * work[1], rel=1e-9)
+
+
+def test_a_picture_of_a_model_marks_its_cuts_and_what_is_held_along_normals():
+    lines = {line.get_label(): line for line in thick_model(3, False).plot().get_lines()}
+    assert lines["cut of a sector"].get_marker() == "o" and lines["held along normals"].get_marker() == "D"
+    assert lines["held in x, y, z"].get_marker() == "s"
