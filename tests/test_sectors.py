@@ -134,16 +134,19 @@ def test_a_sector_in_space_has_the_answers_of_the_whole(count, element):
     compared(one, part, count, CYCLE, steps=4)
 
 
-def test_fields_and_pictures_of_a_sector_are_those_of_the_whole():
-    one, part = (thick_model(3, whole) for whole in (True, False))
-    steady, same = compared(one, part, 3, CYCLE, steps=4)
+@pytest.mark.parametrize("space", [False, True])
+def test_fields_and_pictures_of_a_sector_are_those_of_the_whole(space):
+    one, part = (thick_model(3, whole) if space else ring_model(3, whole, "quadratic") for whole in (True, False))
+    steady, same = compared(one, part, 3, CYCLE, **({"steps": 4} if space else {}))
     whole, own = (model.recover(state) for model, state in zip((one, part), steady, strict=True))
     for name, u in own.displacement.items():
         near = [np.linalg.norm(one.bodies[name].mesh.p.T - point, axis=1).argmin() for point in part.bodies[name].mesh.p.T]
         assert np.allclose(u, whole.displacement[name][:, near], rtol=0, atol=1e-9 * np.abs(u).max())
+        for field, other in ((own.stress, whole.stress), (own.strain, whole.strain)):
+            assert np.allclose(field[name], other[name][:, near], rtol=0, atol=1e-9 * np.abs(field[name]).max())
     faces = [contact_face(model, fields, {}) for model, fields in ((one, whole), (part, own))]
     near = [np.linalg.norm(faces[0].points - point, axis=1).argmin() for point in faces[1].points]
-    assert len(faces[1].points) == len(same) + 2  # those on the other cut are drawn, too
+    assert len(faces[1].points) == len(same) + 1 + space  # those on the other cut are drawn, too
     for name, values in faces[1].point_data.items():
         assert np.allclose(values, faces[0].point_data[name][near], rtol=0, atol=1e-9 * max(np.abs(values).max(), 1e-3)), name
 

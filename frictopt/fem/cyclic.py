@@ -17,7 +17,7 @@ from .elasticity import Kinematics, facet_nodes
 from .faces import areas_of, facet_overlaps, facets_around, mortar_projection, sag
 from .given import same_point
 from .interface import ASKEW, blocks_of, frames_of
-from .supports import axis_of, checked_axis
+from .supports import Seam, axis_of, checked_axis
 
 _FACED = 0.5  # least share of each facet of a cut face that lies on the other one: their curved rims may miss each other by their sag
 _WHOLE = 0.9  # least share of all of it
@@ -175,10 +175,10 @@ class Sector:
         normals[low] += normals[high] @ self.turn
         return np.delete(np.arange(len(nodes)), high)
 
-    def seam(self, first: int, body: Body) -> tuple[Integers, Integers, Array]:
-        """Copied nodes of a body, whose nodes begin with that number, the nodes that they copy, and Q."""
+    def seam(self, first: int, body: Body) -> Seam | None:
+        """Copied nodes of a body, whose nodes begin with that number, the nodes that they copy, and Q; None if it has none."""
         copied = np.flatnonzero(self.copies[first : first + body.mesh.p.shape[1]] >= 0)
-        return copied, self.copies[first + copied] - first, self.turn
+        return (copied, self.copies[first + copied] - first, self.turn) if len(copied) else None
 
 
 def sector_of(cuts: Sequence[Cyclic], bodies: Mapping[str, Body], kinematics: Kinematics) -> Sector | None:

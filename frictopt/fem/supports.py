@@ -1,13 +1,14 @@
 """Supports: what they hold, along axes or along the normals of a boundary, and the directions of the nodes that are held so."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
-from scipy.sparse import csr_matrix
+from scipy.sparse import csc_matrix, csr_matrix
+from scipy.sparse.linalg import LinearOperator, cg
 
-from ..contact import SAME_POINT, Array, Booleans, Integers, check_text, choice, finite_numbers, first_of, place, shown
+from ..contact import ROUNDING, SAME_POINT, Array, Booleans, Integers, check_text, choice, finite_numbers, first_of, place, shown
 from ..contact.checks import flag
 from ..errors import ModelError
 from .bodies import Body
@@ -19,6 +20,8 @@ _EDGE = 0.9  # least cosine between the normal of a node and those of the facets
 
 Place = str | tuple[float, ...]
 """Name of a boundary, or the coordinates of one node."""
+Seam: TypeAlias = tuple[Integers, Integers, Array]
+"""Nodes of a body on a cut of a sector, the nodes that they copy, and the matrix that turns what is there to them."""
 
 
 @dataclass(frozen=True)
@@ -113,11 +116,11 @@ def nodes_of(body: Body, name: str, where: Place) -> Integers:
     return np.array([distance.argmin()])
 
 
-def normals_along(body: Body, supports: Sequence[Support], seam: tuple[Integers, Integers, Array] | None = None) -> list[tuple[Integers, Array]]:
+def normals_along(body: Body, supports: Sequence[Support], seam: Seam | None = None) -> list[tuple[Integers, Array]]:
     """Nodes of a body that each of its supports holds along their normals, and these unit normals (n, d).
 
     Nodes amid edges have the mean of their corners'. Faces that go on smoothly are one: nodes that they share have the normal of both together.
-    So have those on the seam of a sector: some nodes, those that they copy, and the matrix that turns these.
+    So have those on the seam of a sector.
     """
     mesh, points = body.mesh, body.mesh.p.T
     faces = [body.boundary(str(support.where), f"support of body {support.body!r}") for support in supports]
@@ -159,3 +162,34 @@ def along_directions(R: csr_matrix, rows: Integers, directions: Array) -> csr_ma
     """A matrix of displacements along the axes, of nodes with these rows, with columns for those along `directions` (nodes, d, d) instead."""
     by_rows = csr_matrix((np.ones(rows.size), (np.arange(rows.size), rows.ravel())), shape=R.shape)
     return csr_matrix(R @ by_rows.T @ blocks_of(directions.swapaxes(1, 2)) @ by_rows)
+
+
+def on_seam(mass: csc_matrix, moments: Sequence[Array], entries: Sequence[int], seam: Seam) -> list[Array]:
+    """Nodal components of a symmetric tensor by their moments with the functions of the nodes; those of nodes that copy others are turned.
+
+    The entries are the numbers of the components in a matrix of three rows. A mass is well conditioned: conjugate gradients take few steps.
+    """
+    (high, low, turn), (a, b), n = seam, np.divmod(entries, 3), mass.shape[0]
+    Q, whole, scale = np.eye(3), np.zeros((n, 3, 3)), mass.diagonal()
+    Q[: len(turn), : len(turn)], whole[:, a, b], whole[:, b, a] = turn, np.transpose(moments), np.transpose(moments)
+    scale[low] += scale[high]
+
+    def spread(values: Array) -> Array:
+        """All nodal values from those of nodes that copy none."""
+        found = values.reshape(n, 3, 3).copy()
+        found[high] = Q @ found[low] @ Q.T
+        return found
+
+    def gathered(values: Array) -> Array:
+        """Moments of nodes that copy none, from those of all."""
+        found = values.reshape(n, 3, 3).copy()
+        found[low] += Q.T @ found[high] @ Q
+        found[high] = 0.0
+        return found.ravel()
+
+    def operator(function: Callable[[Array], Array]) -> LinearOperator:
+        return LinearOperator((9 * n, 9 * n), matvec=function, dtype=np.float64)
+
+    M = operator(lambda values: gathered(mass @ spread(values).reshape(n, 9)))
+    found = spread(cg(M, gathered(whole), rtol=ROUNDING, M=operator(lambda values: (values.reshape(n, 9) / scale[:, None]).ravel()))[0])
+    return [found[:, i, j] for i, j in zip(a, b, strict=True)]
