@@ -11,6 +11,7 @@ from .fem.bodies import Body, split_bodies
 from .fem.bolts import BoltPreload
 from .fem.condense import condense
 from .fem.contacts import Contact, Interference
+from .fem.cyclic import Cyclic
 from .fem.elasticity import Material
 from .fem.loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
 from .fem.matrices.ansys_nastran import read_ansys, read_nastran
@@ -63,6 +64,7 @@ __all__ = [
     "ContactModel",
     "ContactState",
     "ContactSystem",
+    "Cyclic",
     "DesignModel",
     "Displacement",
     "Expansion",

@@ -1,9 +1,11 @@
 """Meshes and models of several contacts for the tests, turned by any angle."""
 
 import numpy as np
+from scipy.spatial import cKDTree
 from skfem import Basis, ElementVector, MeshHex, MeshQuad
 
 import frictopt as fo
+from frictopt.fem.elasticity import parts_of, places_among
 
 RUBBER = fo.Material(2.0, 0.45)
 THICK = 0.7  # of strips one element thick
@@ -146,3 +148,18 @@ def vector_field(mesh, displacement):
     for axis, component in enumerate(displacement):
         u[basis.element_dofs[axis :: mesh.dim()]] = component[own]
     return basis, u
+
+
+def around(mesh, count, turn):
+    """A ring of so many copies of the mesh of a sector, turned again and again by a matrix; nodes on the cuts, and names, are joined."""
+    n, corners = mesh.nvertices, mesh.p[:, : mesh.nvertices]
+    points = np.hstack([np.linalg.matrix_power(turn, k) @ corners for k in range(count)])
+    pairs = cKDTree(points.T).query_pairs(1e-9, output_type="ndarray").T
+    _, first, joined = np.unique(parts_of(pairs, points.shape[1]), return_index=True, return_inverse=True)
+    whole = type(mesh)(points[:, first], joined[np.hstack([mesh.t + k * n for k in range(count)])])
+    names = {}
+    for name, facets in mesh.boundaries.items():
+        corners = np.hstack([mesh.facets[:, facets] + k * n for k in range(count)])
+        found = places_among(joined[corners].T, whole.facets.T)
+        names[name] = found[whole.f2t[1, found] < 0]
+    return whole.with_boundaries({name: np.unique(facets) for name, facets in names.items() if len(facets)})

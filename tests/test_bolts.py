@@ -144,7 +144,7 @@ BAD = {
     "section 'bent' is not flat": {"mesh": named(bent=lambda x, y: ((y == 1.5) & (x < 0.1)) | ((x == 0.1) & (y > 1.5))), "section": "bent"},
     "section 'half' does not cut the body in two": {"mesh": named(half=lambda x, y: (y == 1.5) & (x < 0.1)), "section": "half"},
     "section 'again' has no facets, or facets on the outline": {"mesh": named(again=lambda x, y: y == 1.5), "also": ["again"]},
-    "'bolt': its section at (0.0333333, 1.5) has nodes in a contact, in another section, or held": {
+    "'bolt': its section at (0.0333333, 1.5) has nodes on a cut of a sector, in a contact, in another section, or held": {
         "supports": [fo.Support("base", "bottom"), fo.Support("bolt", "side")]
     },
     "nothing holds what is around (0.0333333, 2.25) against the force along the axis": {"supports": [fo.Support("base", "bottom")]},

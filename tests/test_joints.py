@@ -116,6 +116,17 @@ def test_the_blade_of_the_tutorial(tmp_path, monkeypatch, capfd):
     assert found[0] == pytest.approx(found[1], rel=1e-2) and found[2][1:] == pytest.approx(found[1][1:], rel=5e-3)
 
 
+def test_the_flange_of_the_tutorial(tmp_path, monkeypatch, capfd):
+    """The nodes on both cuts of the quarter from the script match, as those of the file do."""
+    mesh, steel = scripted("flange", tmp_path, monkeypatch), fo.Material()
+    for each in (mesh, fo.read_mesh(TUTORIAL / "flange.msh")):
+        body = fo.split_bodies(each, dict.fromkeys(("upper", "lower", "bolt"), steel))["lower"]
+        low, high = (body.boundary_nodes(name, "cut") for name in ("low", "high"))
+        turned = body.mesh.p[:, low][[1, 0, 2]] * [[-1], [1], [1]]
+        apart = np.linalg.norm(turned[:, :, None] - body.mesh.p[:, None, high], axis=0)
+        assert len(low) == len(high) > 20 and apart.min(axis=0).max() < 1e-8
+
+
 def test_the_lap_joint_of_the_tutorial(tmp_path, monkeypatch, capfd):
     mesh = scripted("lap", tmp_path, monkeypatch)
     bodies = fo.split_bodies(mesh, dict.fromkeys(mesh.subdomains, STEEL))

@@ -8,7 +8,7 @@ from scipy.stats import special_ortho_group
 from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
-from meshes import ring, rotation, turned, two_blocks
+from meshes import extruded, ring, rotation, turned, two_blocks
 from multipliers import Assembled, by_multipliers
 
 STEEL, ALLOY = fo.Material(E=2.0, nu=0.3), fo.Material(E=0.7, nu=0.2)
@@ -122,6 +122,30 @@ def test_a_tube_is_held_in_a_cylinder_along_the_normal_of_each_node():
     inner = np.arange(len(G), len(S))
     S = S[: len(G), : len(G)]
     assert len(inner) == len(bore) == 27 and np.allclose(S, system.S, atol=1e-9 * np.abs(S).max())
+
+
+def in_a_cylinder(names, element):
+    """A tube that is held in a cylinder, of one name or two, and at its flat end, in a wall."""
+    tube, wall = (extruded(ring(*rings)) for rings in (([0.7, 1.0, 1.4], 16, "", ""), ([1.4, 1.8], 16, "", "")))
+    faces = {
+        "all": lambda x: np.hypot(*x[:2]) < 0.72,
+        "left": lambda x: (np.hypot(*x[:2]) < 0.72) & (x[1] < 0.2),
+        "right": lambda x: (np.hypot(*x[:2]) < 0.72) & (x[1] >= 0.2),
+        "end": lambda x: x[2] < 1e-9,
+    }
+    tube = tube.with_boundaries(faces | {"contact": lambda x: np.hypot(*x[:2]) > 1.3})
+    wall = wall.with_boundaries({"contact": lambda x: np.hypot(*x[:2]) < 1.41, "outside": lambda x: np.hypot(*x[:2]) > 1.7})
+    supports = [*oblique(*(("tube", name) for name in names)), fo.Support("wall", "outside")]
+    bodies = {"tube": fo.Body(tube, STEEL, element), "wall": fo.Body(wall, ALLOY, element)}
+    return fo.ContactModel(bodies, supports, {"P": [fo.BodyForce("tube", x=1.0)]}, [fo.Contact("tube", "wall")])
+
+
+@pytest.mark.parametrize("element", ["linear", "quadratic"])
+def test_a_cylinder_may_have_two_names_and_its_edge_is_held_along_both_normals(element):
+    one, two = (in_a_cylinder(names, element) for names in (("all", "end"), ("left", "right", "end")))
+    assert np.array_equal(one._parts.free_rows, two._parts.free_rows) and np.allclose(one.condense().S, two.condense().S, rtol=0, atol=1e-9)
+    edge = (np.hypot(*one._parts.points[:, :2].T) < 0.71) & (one._parts.points[:, 2] == 0)
+    assert edge.sum() == 16 * (1 + (element == "quadratic")) and ((one._parts.free_rows[edge] == -1).sum(axis=1) == 2).all()
 
 
 def test_a_boundary_along_an_axis_is_held_as_by_its_name():

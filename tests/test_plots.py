@@ -15,7 +15,7 @@ from matplotlib.text import Text
 
 import frictopt as fo
 from answers import ANSWERS
-from frictopt.fem.assembly import nodes_of
+from frictopt.fem.supports import nodes_of
 from systems import CYCLE, FIRST_PAIR, random_system, system
 
 pytestmark = pytest.mark.usefixtures("no_figures_stay_open")
@@ -328,7 +328,7 @@ def test_a_scene_shows_bodies_contacts_supports_and_loads(name):
     mesh = model.bodies[face.body_1].mesh
     assert np.count_nonzero(np.isnan(contact[0])) == len(mesh.boundaries[face.boundary_1])
     held = np.concatenate([np.array(line.get_data()).T for line in ax.get_lines() if line.get_marker() in ("s", ">", "^") and len(line.get_xdata())])
-    nodes = [model.bodies[support.body].mesh.p[:, nodes_of(model.bodies[support.body], support)].T for support in model.supports]
+    nodes = [model.bodies[support.body].mesh.p[:, nodes_of(model.bodies[support.body], support.body, support.where)].T for support in model.supports]
     assert {tuple(point) for point in held} <= {tuple(point) for point in np.concatenate(nodes)}
     assert {label.split()[1] for label in named if label.startswith("load ")} == set(model.loads)
     assert ax.get_aspect() == 1 and ax.get_xlabel() == "$x$ (length)" and ax.get_ylabel() == "$y$ (length)"

@@ -15,13 +15,14 @@ from .bodies import Body
 from .bolts import BoltPreload, Cut, cut_bodies, released
 from .condense import Glued
 from .contacts import Contact, Interference, check_touching, joined, shares
+from .cyclic import Cyclic, sector_of
 from .elasticity import Kinematics, body_stiffness, midside_ties
 from .given import same_point
 from .interface import ASKEW, Interface, frames_of, guided, openings, own_directions
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction, values_at
 from .mass import NodalForces
 from .rigid import NO_ROWS, assemblies, free_motions, node_graph
-from .supports import Support, along_axes, along_directions, normals_along
+from .supports import Support, along_axes, along_directions, nodes_of, normals_along
 
 Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Displacement | Interference | BoltPreload | NodalForces
 
@@ -38,13 +39,14 @@ class Assembly:
     def __init__(
         self,
         bodies: Mapping[str, Body],
-        supports: Sequence[Support],
+        supports: Sequence[Support | Cyclic],
         contacts: Sequence[Contact],
         bolts: Sequence[BoltPreload],
         kinematics: Kinematics,
     ) -> None:
         self.bodies, cuts = cut_bodies(bodies, bolts, kinematics)
-        self.kinematics, self.supports = kinematics, supports
+        self.kinematics, self.supports = kinematics, [support for support in supports if isinstance(support, Support)]
+        self.sector = sector_of([support for support in supports if isinstance(support, Cyclic)], self.bodies, kinematics)
         meshes = [body.mesh for body in self.bodies.values()]
         first = np.cumsum([0, *(mesh.p.shape[1] for mesh in meshes)]).tolist()
         self.first_node = dict(zip(bodies, first, strict=False))
@@ -52,8 +54,8 @@ class Assembly:
         own = [np.arange(mesh.p.size).reshape(mesh.p.shape).T for mesh in meshes]
         self.rows: Integers = np.concatenate([len(mesh.p) * start + rows for start, mesh, rows in zip(first, meshes, own, strict=False)])
         self._join(contacts)
-        self._hold(supports)
-        self.tied = self._tie(contacts, supports)
+        self._hold()
+        self.tied = self._tie(contacts)
         self._pair(contacts)
         self._open(cuts)
 
@@ -101,20 +103,23 @@ class Assembly:
 
     def nodes(self, argument: str, part: Support | Displacement) -> Integers:
         """Nodes that a support holds, or a displacement moves."""
-        return np.asarray(nodes_of(self.body(argument, part.body), part) + self.first_node[part.body])
+        return np.asarray(nodes_of(self.body(argument, part.body), part.body, part.where) + self.first_node[part.body])
 
-    def _hold(self, supports: Sequence[Support]) -> None:
+    def _hold(self) -> None:
         """Hold what supports hold; the nodes that one of them holds along an oblique normal have directions of their own."""
         d, held, oblique = self.points.shape[1], np.zeros(self.points.shape, dtype=bool), defaultdict[int, list[Array]](list)
         if self.kinematics == "axisymmetric":
             held[self.points[:, 0] == 0, 0] = True
-        for support in supports:
+        for support in self.supports:
             if not support.normal:
                 held[self.nodes("supports", support)[:, None], self.axes("supports", support.body, support.directions)] = True
-                continue
-            nodes, normals = normals_along(self.body("supports", support.body), support)
+        ways = self.sector.held() if self.sector else []
+        for name in dict.fromkeys(support.body for support in self.supports if support.normal):
+            body, own = self.body("supports", name), [support for support in self.supports if support.normal and support.body == name]
+            first, seam = self.first_node[name], self.sector.seam(self.first_node[name], body) if self.sector else None
+            ways += [(first + nodes, normals) for nodes, normals in normals_along(body, own, seam)]
+        for nodes, normals in ways:
             straight, most = along_axes(normals)
-            nodes = nodes + self.first_node[support.body]
             held[nodes[straight], most[straight]] = True
             for node, normal in zip(nodes[~straight].tolist(), normals[~straight], strict=True):
                 oblique[node].append(normal)
@@ -141,15 +146,17 @@ class Assembly:
             touched[contact.body_2, contact.body_1].append(joint.projection.indices)
         check_touching(self.bodies, touched)
 
-    def _tie(self, contacts: Sequence[Contact], supports: Sequence[Support]) -> csr_matrix:
-        """Let the midside nodes on contact faces follow; what a support holds stays so."""
+    def _tie(self, contacts: Sequence[Contact]) -> csr_matrix:
+        """Let the midside nodes on contact faces follow, and the cut faces of sectors; what a support holds stays so."""
         faces = {name: [np.zeros(0, int)] for name in self.bodies}
         for contact in contacts:
             for name, boundary in ((contact.body_1, contact.boundary_1), (contact.body_2, contact.boundary_2)):
                 faces[name].append(self.bodies[name].boundary(boundary, "contacts"))
+        for name, facets in self.sector.unlike.items() if self.sector else ():
+            faces[name].append(facets)
         parts = [midside_ties(self.bodies[name].mesh, np.unique(np.concatenate(own)), f"contacts: body {name!r}") for name, own in faces.items()]
         links, unknowns = block_diag(parts).tocoo(), self.rows.ravel()
-        for support in supports:
+        for support in self.supports:
             if not isinstance(support.where, str) and np.isin(self.nodes("supports", support), links.row // self.points.shape[1]).any():
                 raise ModelError(f"supports: {support} is a midside node of a contact face, which follows the corners; hold corners")
         self._let_follow(links.row // self.points.shape[1], links.col // self.points.shape[1])
@@ -157,7 +164,8 @@ class Assembly:
         row, column, follows = unknowns[links.row[free]], unknowns[links.col[free]], np.zeros(len(unknowns))
         follows[row] = 1.0
         self.free_rows[follows[self.rows] > 0] = -2
-        return csr_matrix(diags(1 - follows) + csr_matrix((links.data[free], (row, column)), shape=(len(follows),) * 2))
+        midside = csr_matrix(diags(1 - follows) + csr_matrix((links.data[free], (row, column)), shape=(len(follows),) * 2))
+        return csr_matrix(midside @ self.sector.follow(self.rows, self.free_rows, self.directions, self.points)) if self.sector else midside
 
     def _let_follow(self, midside: Integers, corners: Integers) -> None:
         """Let midside nodes that are held along oblique normals follow their corners, if these are held so: all stay in the plane."""
@@ -180,6 +188,9 @@ class Assembly:
         projection = csr_matrix(vstack([csr_matrix((P.data, i + P.indices, P.indptr), shape=(P.shape[0], len(self.points))) for P, i in placed]))
         number = np.repeat(np.arange(len(contacts)), [len(joint.nodes) for joint in self.joints])
         normals, widths, gap = (np.concatenate([getattr(joint, name) for joint in self.joints]) for name in ("normals", "widths", "gap"))
+        if self.sector:
+            once = self.sector.once(self.names, number, ones, projection, normals, widths, self.points)
+            ones, projection, number, normals, widths, gap = (part[once] for part in (ones, projection, number, normals, widths, gap))
         links, near, others = projection.tocoo(), same_point(self.points), np.full(len(ones), -1)
         lie = np.linalg.norm(self.points[links.col] - self.points[ones[links.row]], axis=1) <= near
         others[links.row[lie]] = links.col[lie]
@@ -193,13 +204,13 @@ class Assembly:
 
     def _open(self, cuts: Sequence[Cut]) -> None:
         """Let the far faces of cuts follow the near ones."""
-        self.cuts, taken = [], self.pairs.opening.indices
+        self.cuts, taken = [], np.r_[self.pairs.opening.indices, self.sector.on_cuts if self.sector else NO_ROWS]
         for cut in cuts:
             near, far = (self.first_node[cut.bolt.body] + face for face in (cut.near, cut.far))
             if self._held(near, cut.axis, self.free_rows < 0).any() or np.isin(taken, [near, far]).any():
                 raise ModelError(
-                    f"bolt {cut.bolt.body!r}: its section at {place(self.points[near].mean(axis=0))} has nodes in a contact, in another section, or "
-                    "held along the axis; put it where the shank is free"
+                    f"bolt {cut.bolt.body!r}: its section at {place(self.points[near].mean(axis=0))} has nodes on a cut of a sector, in a contact, "
+                    "in another section, or held along the axis; put it where the shank is free"
                 )
             self.free_rows[far], taken = -2, np.r_[taken, near, far]
             self.cuts.append(Cut(cut.bolt, near, far, cut.axis))
@@ -243,6 +254,8 @@ class Assembly:
 
     def _followed(self, argument: str, moved: Array) -> Array:
         """Displacements (size,) of supports, nan where none is given, and of what is glued to them."""
+        if self.sector:
+            self.sector.check_moved(argument, moved[self.rows], (self.tied @ np.nan_to_num(moved))[self.rows], self.points)
         given, moved = ~np.isnan(moved), np.nan_to_num(moved)
         if not moved.any():
             return moved
@@ -285,16 +298,3 @@ class Assembly:
                 at = place(self.points[nodes[i]])
                 raise ModelError(f"{argument}: {part} and another displacement move the node at {at} differently in {name}; give one")
             moved[unknowns] = values
-
-
-def nodes_of(body: Body, part: Support | Displacement) -> Integers:
-    """Nodes of the mesh of a body that a support holds, or a displacement moves."""
-    where, x = part.where, body.mesh.p
-    if isinstance(where, str):
-        return body.boundary_nodes(where, f"support of body {part.body!r}")
-    if len(where) != len(x):
-        raise ModelError(f"where: {where}; give the {len(x)} coordinates of a node of body {part.body!r}")
-    distance = np.linalg.norm(x - np.array(where)[:, None], axis=0)
-    if distance.min() > SAME_POINT * np.ptp(x):
-        raise ModelError(f"support of body {part.body!r}: no node at {where}; the nearest is at {tuple(x[:, distance.argmin()].tolist())}")
-    return np.array([distance.argmin()])

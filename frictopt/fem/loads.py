@@ -12,7 +12,7 @@ from ..contact import Array, check_text, finite_array, finite_number, shown
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Amount, Kinematics, basis_of, boundary_forces, element_means, gradient_forces, volume_forces
-from .supports import Place, checked_place, checked_point
+from .supports import Place, axis_of, checked_axis, checked_place
 
 # `_forces` of a load are (d, nodes) nodal forces on its body: in the plane per depth, axisymmetric those of the whole circumference.
 
@@ -195,22 +195,14 @@ class Centrifugal(Part):
     def __post_init__(self) -> None:
         super().__post_init__()
         finite_number("density", self.density, least=0.0)
-        if self.centre is not None:
-            object.__setattr__(self, "centre", checked_point("centre", self.centre, "one point (x, y), in space (x, y, z)"))
-        object.__setattr__(self, "axis", checked_point("axis", self.axis, "one direction (x, y, z)", (3,)))
-        if not any(self.axis):
-            raise ModelError(f"axis: {self.axis}; give the direction of the axis")
+        checked_axis(self)
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
         d = body.mesh.dim()
-        centre = np.zeros(d) if self.centre is None else np.array(self.centre)
-        if len(centre) != d:
-            raise ModelError(f"centre: {self.centre}; give the {d} coordinates of a point for body {self.body!r}")
+        centre, axis = axis_of(self, d)
         if kinematics == "axisymmetric" and centre[0] != 0:
             raise ModelError(f"centre: {self.centre}; axisymmetric bodies spin about their axis, x = 0")
-        if d == 2 and self.axis[:2] != (0.0, 0.0):
-            raise ModelError(f"axis: {self.axis}; body {self.body!r} is plane and spins about a normal of the plane, or about x = 0 if axisymmetric")
-        along = np.array([0.0, 1.0]) if kinematics == "axisymmetric" else np.array(self.axis[:d]) / np.linalg.norm(self.axis)
+        along = np.array([0.0, 1.0]) if kinematics == "axisymmetric" else axis[:d]
 
         def force(points: Array) -> Array:
             arm = points - centre.reshape(-1, 1, 1)

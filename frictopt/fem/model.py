@@ -21,6 +21,7 @@ from .bodies import Body, checked_kinematics
 from .bolts import bolts_of, by_their_forces
 from .condense import condensed
 from .contacts import Contact, Joint
+from .cyclic import Cyclic
 from .elasticity import Kinematics
 from .interface import check_course
 from .loads import Expansion
@@ -44,7 +45,8 @@ class ContactModel(Shown, Viewed, Vibrating):
         Name -> body.
     supports
         Supports. With the contacts glued, they must prevent all rigid motions; a body that other bodies hold may be free. Of symmetric bodies a half
-        does, held across the plane of symmetry: nodes of a contact there, as on the axis of axisymmetric bodies, do not slip across it.
+        does, held across the plane of symmetry: nodes of a contact there, as on the axis of axisymmetric bodies, do not slip across it. Of a ring of
+        equal sectors one does: a `Cyclic` for each body that is cut.
     loads
         Load case name -> its loads: Traction, Pressure, BodyForce, Centrifugal, Expansion, Displacement, Interference, BoltPreload,
         or what `Modes.load` gives.
@@ -86,7 +88,7 @@ class ContactModel(Shown, Viewed, Vibrating):
     """
 
     bodies: Mapping[str, Body]
-    supports: Sequence[Support]
+    supports: Sequence[Support | Cyclic]
     loads: Mapping[str, Sequence[Load]]
     contacts: Sequence[Contact] = ()
     kinematics: Kinematics | None = None
@@ -105,7 +107,7 @@ class ContactModel(Shown, Viewed, Vibrating):
             empty = [f"[{name!r}]" for name, parts in loads.items() if not parts]
             raise ModelError(f"loads{(empty or [''])[0]}: no load; give at least one, or leave the load case out")
         vars(self).update(bodies=MappingProxyType(dict(self.bodies)), loads=MappingProxyType(loads), contacts=contacts or (Contact(one, others[0]),))
-        vars(self).update(supports=listed_parts("supports", self.supports, Support), kinematics=kinematics, units=checked_units(self.units))
+        vars(self).update(supports=listed_parts("supports", self.supports, Support, Cyclic), kinematics=kinematics, units=checked_units(self.units))
         _ = self._cases
         for contact, joint in zip(self.contacts, self._parts.joints, strict=True):
             self._warn_of(contact, joint)
@@ -229,7 +231,10 @@ class ContactModel(Shown, Viewed, Vibrating):
         u = parts.tied @ (R @ u + D @ left + moved)
         shifts = {name: frozen(u[parts.rows[first : first + parts.bodies[name].mesh.p.shape[1]]].T) for name, first in parts.first_node.items()}
         expansions = [(amplitude, part) for name, amplitude in amplitudes.items() for part in self.loads[name] if isinstance(part, Expansion)]
-        tensors = {name: strain_and_stress(name, body, parts.kinematics, shifts[name], expansions) for name, body in parts.bodies.items()}
+        seams = {name: parts.sector.seam(parts.first_node[name], body) if parts.sector else None for name, body in parts.bodies.items()}
+        tensors = {
+            name: strain_and_stress(name, body, parts.kinematics, shifts[name], expansions, seams[name]) for name, body in parts.bodies.items()
+        }
         strain, stress = ({name: both[i] for name, both in tensors.items()} for i in (0, 1))
         q, p, v, w = map(frozen, (*parted(r, d), v, w))
         return BodyFields(shifts, stress, strain, q, p, v, w, parts.bodies, self.units, parts.glued.interface.frames, parts.sides)
@@ -260,6 +265,8 @@ class ContactModel(Shown, Viewed, Vibrating):
             extents = " x ".join(f"{extent:.4g}" for extent in np.ptp(body.mesh.p, axis=1))
             bodies[name] = f"E={body.material.E:g}, nu={body.material.nu:g}, {extents}, {body.mesh.p.shape[1]} nodes"
         model = {"bodies": bodies, "contacts": dict(zip(self._parts.names, counts, strict=True)), "supports": len(self.supports)}
+        if self._parts.sector:
+            model["sector"] = f"1 of {self._parts.sector.count}"
         return {**model, "loads": list(self.loads), "kinematics": self.kinematics}
 
     @cached_property

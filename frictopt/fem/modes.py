@@ -125,7 +125,8 @@ class Vibrating:
 
         The mass follows from the `density` of each material. What nothing holds has rigid motions of frequency 0. A bolt takes up what a vibration
         adds to its tension: both faces of its section, see `BoltPreload`, move together. Loads count for nothing: they do not stiffen the bodies, as
-        the pull of a spin does. Axisymmetric models have axisymmetric modes alone. Theory, eq. (34).
+        the pull of a spin does. Axisymmetric models have axisymmetric modes alone. A sector (`Cyclic`) has those of its ring that are the same in
+        all sectors: without nodal diameters, or with a multiple of the number of sectors. Its masses are those of one sector. Theory, eq. (34).
 
         Parameters
         ----------
@@ -173,6 +174,8 @@ def _found(parts: Assembly, springs: tuple[Array, Array], opened: Booleans, n: i
     factors = sum(own @ np.asarray(masses[name].sum(axis=0)).ravel() for name, own in shapes.items())
     if parts.kinematics == "axisymmetric":
         factors = factors * [0.0, 1.0]  # no motion along the radius is a translation
+    elif parts.sector:
+        factors = factors @ np.outer(parts.sector.along, parts.sector.along)  # nor is one that turns from sector to sector
     return Modes(
         frequency=frozen(np.sqrt(squares) / (2 * np.pi)),
         shapes=shapes,

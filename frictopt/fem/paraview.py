@@ -97,7 +97,8 @@ def _write_state(file: Path, model: ContactModel, fields: BodyFields, more: Mapp
 def contact_face(model: ContactModel, fields: BodyFields | None, more: Mapping[str, NDArray[Any]]) -> Any:
     """The face of the contacts, that of bodies 1, with fields and more values at its nodes, as a mesh of meshio.
 
-    A node at the tip of a crack, which is in no pair, moves with its body and does not slip; all else there is that of the nearest pair.
+    A node at the tip of a crack, which is in no pair, moves with its body and does not slip; all else there is that of the nearest pair. A node on
+    the cut of a sector that is a turned copy has the values of the node that it copies, turned.
     """
     (cells, tips), points, pairs = _faces(model), model._parts.points, model._parts.pairs.nodes
     mesh = library().Mesh(_in_space(points[np.r_[pairs, tips]]), [(_CELLS[own.shape[1]], own) for own in cells])
@@ -111,11 +112,17 @@ def contact_face(model: ContactModel, fields: BodyFields | None, more: Mapping[s
         vectors[name] = np.einsum("tn,nta->na", np.atleast_2d(values), frames[:, :-1])
     mesh.point_data.update({name: _in_space(values) for name, values in vectors.items()})
     mesh.point_data.update({"gap": fields.gap, "pressure": fields.p / width, **more})
-    own = np.r_[np.arange(len(pairs)), cKDTree(points[pairs]).query(points[tips])[1]]
+    sector = model._parts.sector
+    originals = np.where(sector.copies[tips] >= 0, sector.copies[tips], tips) if sector else tips
+    distance, nearest = cKDTree(points[pairs]).query(points[originals])
+    own = np.r_[np.arange(len(pairs)), nearest]
     mesh.point_data.update({name: values[own] for name, values in mesh.point_data.items()})
     mesh.point_data["displacement"][len(pairs) :] = _in_space(moved[tips])
     for name in mesh.point_data.keys() & {"slip", "gap", "work"}:
-        mesh.point_data[name][len(pairs) :] = 0.0
+        mesh.point_data[name][len(pairs) + np.flatnonzero(distance > same_point(points))] = 0.0
+    if sector:
+        for name in ("normal", "slip", "shear"):
+            mesh.point_data[name][len(pairs) + np.flatnonzero(originals != tips), : points.shape[1]] @= sector.turn.T
     return mesh
 
 

@@ -20,6 +20,7 @@ from .condense import eliminated, fronts
 from .elasticity import MOMENTS, Kinematics, basis_of, element_means
 from .loads import Expansion
 from .matrices.meshes import library
+from .supports import Seam, on_seam
 
 _COMPONENTS = ("xx", "yy", "xy", "zz", "xz", "yz")  # the first four in the plane
 _MISES = "von Mises"
@@ -264,27 +265,26 @@ class Recovery:
         return u, np.asarray(self._drive.T @ (self._K @ u - force))
 
 
-def strain_and_stress(name: str, body: Body, kinematics: Kinematics, u: Array, expansions: Sequence[tuple[float, Expansion]]) -> tuple[Array, Array]:
-    """(components, nodes) nodal strain and stress of a body, with its part of expansions, amplitude and load."""
-    basis, d, (lam, mu) = basis_of(body.mesh), len(u), body.material._plane_lame(kinematics)
-    x, own = np.asarray(basis.global_coordinates())[0], [(amplitude, part) for amplitude, part in expansions if part.body == name]
+def strain_and_stress(name: str, body: Body, kind: Kinematics, u: Array, loads: Sequence[tuple[float, Expansion]], seam: Seam | None) -> list[Array]:
+    """(components, nodes) nodal strain and stress of a body, with its part of expansions, amplitude and load; of a sector with its seam."""
+    basis, d, (lam, mu) = basis_of(body.mesh), len(u), body.material._plane_lame(kind)
+    x, own = np.asarray(basis.global_coordinates())[0], [(amplitude, part) for amplitude, part in loads if part.body == name]
     fields, strain, nothing = [basis.interpolate(component) for component in u], np.zeros((3, 3, *x.shape)), np.zeros_like(x)
     slopes = np.array([np.asarray(field.grad) for field in fields])
     strain[:d, :d] = (slopes + slopes.swapaxes(0, 1)) / 2
-    if kinematics == "axisymmetric":
+    if kind == "axisymmetric":
         strain[2, 2] = np.asarray(fields[0]) / x
     volume = element_means(basis, np.trace(strain)) if body.element == "mean_dilatation" else np.trace(strain)
-    tension = lam * volume - sum((amplitude * part._tension(body, kinematics, basis) for amplitude, part in own), nothing)
+    tension = lam * volume - sum((amplitude * part._tension(body, kind, basis) for amplitude, part in own), nothing)
     stress = 2 * mu * strain + tension * np.eye(3)[:, :, None, None]
-    if kinematics == "plane_stress":
+    if kind == "plane_stress":
         free = sum((amplitude * part._strain(basis) for amplitude, part in own), nothing)
         strain[2, 2] = -body.material.nu / body.material.E * (stress[0, 0] + stress[1, 1]) + free
         stress[2, 2] = 0.0
-    mass = splu(BilinearForm(lambda a, b, w: a * b).assemble(basis).tocsc())
+    solve = splu(mass := BilinearForm(lambda a, b, w: a * b).assemble(basis).tocsc()).solve
     entries = [3 * "xyz".index(pair[0]) + "xyz".index(pair[1]) for pair in _COMPONENTS[: 4 if d == 2 else 6]]
     moments = ([MOMENTS.assemble(basis, amount=tensor.reshape(9, *x.shape)[i]) for i in entries] for tensor in (strain, stress))
-    strain, stress = (frozen([mass.solve(moment) for moment in own]) for own in moments)
-    return strain, stress
+    return [frozen([solve(moment) for moment in own] if seam is None else on_seam(mass, own, entries, seam)) for own in moments]
 
 
 def warn_of_open_nodes(w: Array, r: Array, moved: float) -> None:

@@ -1,12 +1,14 @@
 """Supports: what they hold, along axes or along the normals of a boundary, and the directions of the nodes that are held so."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
-from scipy.sparse import csr_matrix
+from scipy.sparse import csc_matrix, csr_matrix
+from scipy.sparse.linalg import LinearOperator, cg
 
-from ..contact import SAME_POINT, Array, Booleans, Integers, check_text, choice, finite_numbers, first_of, place, shown
+from ..contact import ROUNDING, SAME_POINT, Array, Booleans, Integers, check_text, choice, finite_numbers, first_of, place, shown
 from ..contact.checks import flag
 from ..errors import ModelError
 from .bodies import Body
@@ -18,6 +20,8 @@ _EDGE = 0.9  # least cosine between the normal of a node and those of the facets
 
 Place = str | tuple[float, ...]
 """Name of a boundary, or the coordinates of one node."""
+Seam: TypeAlias = tuple[Integers, Integers, Array]
+"""Nodes of a body on a cut of a sector, the nodes that they copy, and the matrix that turns what is there to them."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +38,8 @@ class Support:
         The displacements that are zero: "x", "y", "z", or several of them, such as "xy"; None: all that the body has.
     normal
         True: each node of the boundary is held along the normal there and free across it, as on an oblique plane of symmetry or in a cylinder.
-        `directions` is then None, and no `Displacement` moves the nodes. Where two such boundaries meet, a node is held along both normals.
+        `directions` is then None, and no `Displacement` moves the nodes. At the edge where two such boundaries meet, nodes are held along both
+        normals; where they go on as one, with normals less than 25 degrees apart, along that of both together.
 
     Raises
     ------
@@ -79,26 +84,72 @@ def checked_point(name: str, point: object, words: str, sizes: tuple[int, ...] =
     return tuple(finite_numbers(name, point))
 
 
-def normals_along(body: Body, support: Support) -> tuple[Integers, Array]:
-    """Nodes of a body that a support holds along their normals, and these unit normals (n, d); nodes amid edges have the mean of their corners'."""
-    mesh, facets = body.mesh, body.boundary(str(support.where), f"support of body {support.body!r}")
-    corners, points = facets_around(mesh, facets), mesh.p.T
-    own = _unit(node_normals(corners, points))
-    lean = np.einsum("fcd,fd->fc", own[corners], normals_of(points[corners])).min(axis=1)
-    if (i := first_of(lean < _EDGE, -lean)) is not None:
-        raise ModelError(
-            f"supports: {support} has an edge around {place(points[corners[i]].mean(axis=0))}, where its nodes have two normals; name the face on "
-            "either side of the edge, and give each a support, or mesh a curved face finer"
-        )
-    elements, _ = places_of(mesh, facets)
-    total = np.zeros_like(points)
-    np.add.at(total, mesh.dofs.element_dofs[:, elements], np.einsum("lc,cfd->lfd", corner_weights(type(mesh)), own[mesh.t[:, elements]]))
-    nodes = facet_nodes(mesh, facets)
-    return nodes, _unit(total)[nodes]
+def checked_axis(part: Any) -> None:
+    """Check the centre and the direction of the axis of a part of a model, and make tuples of them."""
+    if part.centre is not None:
+        object.__setattr__(part, "centre", checked_point("centre", part.centre, "one point (x, y), in space (x, y, z)"))
+    object.__setattr__(part, "axis", checked_point("axis", part.axis, "one direction (x, y, z)", (3,)))
+    if not any(part.axis):
+        raise ModelError(f"axis: {part.axis}; give the direction of the axis")
+
+
+def axis_of(part: Any, d: int) -> tuple[Array, Array]:
+    """A point (d,) of the axis of a part of a model, and the unit vector (3,) along it."""
+    centre = np.zeros(d) if part.centre is None else np.array(part.centre)
+    if len(centre) != d:
+        raise ModelError(f"centre: {part.centre}; give the {d} coordinates of a point for body {part.body!r}")
+    if d == 2 and part.axis[:2] != (0.0, 0.0):
+        raise ModelError(f"axis: {part.axis}; body {part.body!r} is plane, and its axis a normal of the plane, or x = 0 if axisymmetric")
+    return centre, np.array(part.axis) / np.linalg.norm(part.axis)
+
+
+def nodes_of(body: Body, name: str, where: Place) -> Integers:
+    """Nodes of the mesh of a body at the place of a support or a displacement."""
+    x = body.mesh.p
+    if isinstance(where, str):
+        return body.boundary_nodes(where, f"support of body {name!r}")
+    if len(where) != len(x):
+        raise ModelError(f"where: {where}; give the {len(x)} coordinates of a node of body {name!r}")
+    distance = np.linalg.norm(x - np.array(where)[:, None], axis=0)
+    if distance.min() > SAME_POINT * np.ptp(x):
+        raise ModelError(f"support of body {name!r}: no node at {where}; the nearest is at {tuple(x[:, distance.argmin()].tolist())}")
+    return np.array([distance.argmin()])
+
+
+def normals_along(body: Body, supports: Sequence[Support], seam: Seam | None = None) -> list[tuple[Integers, Array]]:
+    """Nodes of a body that each of its supports holds along their normals, and these unit normals (n, d).
+
+    Nodes amid edges have the mean of their corners'. Faces that go on smoothly are one: nodes that they share have the normal of both together.
+    So have those on the seam of a sector.
+    """
+    mesh, points = body.mesh, body.mesh.p.T
+    faces = [body.boundary(str(support.where), f"support of body {support.body!r}") for support in supports]
+    around = [facets_around(mesh, facets) for facets in faces]
+    weighted = np.array([node_normals(corners, points) for corners in around])
+    if seam:
+        high, low, turn = seam
+        both = np.all([weighted[:, side].any(axis=2, keepdims=True) for side in (low, high)], axis=0)
+        weighted[:, low] += both * (weighted[:, high] @ turn)
+        weighted[:, high] = np.where(both, weighted[:, low] @ turn.T, weighted[:, high])
+    smooth = np.einsum("and,bnd->abn", _unit(weighted), _unit(weighted)) > _EDGE
+    found = []
+    for support, facets, corners, own in zip(supports, faces, around, _unit(np.einsum("abn,bnd->and", smooth, weighted)), strict=True):
+        lean = np.einsum("fcd,fd->fc", own[corners], normals_of(points[corners])).min(axis=1)
+        if (i := first_of(lean < _EDGE, -lean)) is not None:
+            raise ModelError(
+                f"supports: {support} has an edge around {place(points[corners[i]].mean(axis=0))}, where its nodes have two normals; name the face "
+                "on either side of the edge, and give each a support, or mesh a curved face finer"
+            )
+        elements, _ = places_of(mesh, facets)
+        total = np.zeros_like(points)
+        np.add.at(total, mesh.dofs.element_dofs[:, elements], np.einsum("lc,cfd->lfd", corner_weights(type(mesh)), own[mesh.t[:, elements]]))
+        nodes = facet_nodes(mesh, facets)
+        found.append((nodes, _unit(total)[nodes]))
+    return found
 
 
 def _unit(vectors: Array) -> Array:
-    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1), np.finfo(float).tiny)[:, None])
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), np.finfo(float).tiny))
 
 
 def along_axes(normals: Array) -> tuple[Booleans, Integers]:
@@ -111,3 +162,34 @@ def along_directions(R: csr_matrix, rows: Integers, directions: Array) -> csr_ma
     """A matrix of displacements along the axes, of nodes with these rows, with columns for those along `directions` (nodes, d, d) instead."""
     by_rows = csr_matrix((np.ones(rows.size), (np.arange(rows.size), rows.ravel())), shape=R.shape)
     return csr_matrix(R @ by_rows.T @ blocks_of(directions.swapaxes(1, 2)) @ by_rows)
+
+
+def on_seam(mass: csc_matrix, moments: Sequence[Array], entries: Sequence[int], seam: Seam) -> list[Array]:
+    """Nodal components of a symmetric tensor by their moments with the functions of the nodes; those of nodes that copy others are turned.
+
+    The entries are the numbers of the components in a matrix of three rows. A mass is well conditioned: conjugate gradients take few steps.
+    """
+    (high, low, turn), (a, b), n = seam, np.divmod(entries, 3), mass.shape[0]
+    Q, whole, scale = np.eye(3), np.zeros((n, 3, 3)), mass.diagonal()
+    Q[: len(turn), : len(turn)], whole[:, a, b], whole[:, b, a] = turn, np.transpose(moments), np.transpose(moments)
+    scale[low] += scale[high]
+
+    def spread(values: Array) -> Array:
+        """All nodal values from those of nodes that copy none."""
+        found = values.reshape(n, 3, 3).copy()
+        found[high] = Q @ found[low] @ Q.T
+        return found
+
+    def gathered(values: Array) -> Array:
+        """Moments of nodes that copy none, from those of all."""
+        found = values.reshape(n, 3, 3).copy()
+        found[low] += Q.T @ found[high] @ Q
+        found[high] = 0.0
+        return found.ravel()
+
+    def operator(function: Callable[[Array], Array]) -> LinearOperator:
+        return LinearOperator((9 * n, 9 * n), matvec=function, dtype=np.float64)
+
+    M = operator(lambda values: gathered(mass @ spread(values).reshape(n, 9)))
+    found = spread(cg(M, gathered(whole), rtol=ROUNDING, M=operator(lambda values: (values.reshape(n, 9) / scale[:, None]).ravel()))[0])
+    return [found[:, i, j] for i, j in zip(a, b, strict=True)]

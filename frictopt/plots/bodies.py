@@ -13,12 +13,13 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from mpl_toolkits.mplot3d.proj3d import proj_transform
 
 from ..contact import Array, ContactSystem, Integers
-from ..fem.assembly import nodes_of
 from ..fem.bodies import Body
+from ..fem.cyclic import Cyclic
 from ..fem.loads import Pressure, Traction, surface_forces
 from ..fem.model import ContactModel
 from ..fem.modes import Modes
 from ..fem.recovery import BodyFields, von_mises
+from ..fem.supports import nodes_of
 from ..scenes.scene import Scene
 from .strip import label_panels, lines
 from .style import BLACK, GREY, POINTS, AnyAxes, AxesArray, Look, arrows, legend, line, new_axes, picture, series, slanted, spread
@@ -154,14 +155,18 @@ def _contacts(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
 def _supports(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
     """A mark at some nodes of each support, by the directions that it holds."""
     look: Look = {"markersize": 3.5} if in_space else {"markersize": 4.5, "clip_on": False}
-    everything, named = "xyz" if in_space else "xy", set()
+    everything, named = "xyz" if in_space else "xy", set[str]()
     for support in model.supports:
-        body, held = model.bodies[support.body], support.directions or everything
-        points = body.mesh.p[:, nodes_of(body, support)]
-        marker = "s" if held == everything else {"x": ">", "y": "^", "z": "v"}.get(held, "D")
-        label = None if held in named else f"held in {', '.join(held)}"
-        named.add(held)
-        axes.plot(*points[:, spread(points, 25 if in_space else 17)], linestyle="none", marker=marker, color=BLACK, label=label, **look)
+        body, most = model.bodies[support.body], 25 if in_space else 17
+        if isinstance(support, Cyclic):
+            parts, marker, label = [body.boundary_nodes(cut, "supports") for cut in (support.low, support.high)], "o", "cut of a sector"
+        else:
+            parts, held = [nodes_of(body, support.body, support.where)], support.directions or everything
+            marker, label = "s" if held == everything else {"x": ">", "y": "^", "z": "v"}.get(held, "D"), f"held in {', '.join(held)}"
+            marker, label = ("D", "held along normals") if support.normal else (marker, label)
+        points = np.hstack([body.mesh.p[:, nodes][:, spread(body.mesh.p[:, nodes], most)] for nodes in parts])
+        axes.plot(*points, linestyle="none", marker=marker, color=BLACK, label=None if label in named else label, **look)
+        named.add(label)
 
 
 def _load(axes: AnyAxes, model: ContactModel, case: str, length: float, color: str) -> None:

@@ -1,0 +1,277 @@
+"""Sectors of rings, one of whose cut faces follows the other, turned about the axis of the ring."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import block_diag, csr_matrix, diags, identity, kron
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+from ..contact import COUNTS, ROUNDING, SAME_POINT, Array, Booleans, Integers, check_text, first_of, place
+from ..errors import ModelError
+from .bodies import Body
+from .elasticity import Kinematics, facet_nodes
+from .faces import areas_of, facet_overlaps, facets_around, mortar_projection, sag
+from .given import same_point
+from .interface import ASKEW, blocks_of, frames_of
+from .supports import Seam, axis_of, checked_axis
+
+_FACED = 0.5  # least share of each facet of a cut face that lies on the other one: their curved rims may miss each other by their sag
+_WHOLE = 0.9  # least share of all of it
+_MOST = 1000  # sectors of a ring
+
+
+@dataclass(frozen=True)
+class Cyclic:
+    """One sector stands for a ring of sectors: the displacements of one cut face are those of the other, turned about the axis.
+
+    It is given among the supports of a model, once for each body that is cut. The sectors must be alike, and so must their loads: turned by the angle
+    of a sector, each load is that of the next sector. The answers are then those of the ring: limits and slips its own; forces, areas, widths, works
+    and compliances those of one sector. The ring may turn about its axis and move along it where nothing holds it, and so may each body; it
+    cannot move in any other way. Like a half of a joint, a sector knows alone the slips that repeat. Faces at which neighbouring sectors slide on
+    each other, such as shrouds of blades, are no cut faces.
+
+    Nodes that match are joined one to one, others by the dual mortar method, of quadratic elements through their corners. A contact may reach
+    the cut where its own nodes match, and those of both cut faces. Theory, "Sectors of a ring".
+
+    Parameters
+    ----------
+    body
+        Name of the body in its model.
+    low, high
+        Names of the two cut faces, boundaries of its mesh: `high` is `low` turned about the axis by 360 degrees over a whole number, which is found.
+        They may meet on the axis.
+    axis
+        Direction (x, y, z) of the axis of a body in space, of any length. In the plane the axis is normal to it.
+    centre
+        Point (x, y), in space (x, y, z), of the axis; None: the origin.
+
+    Raises
+    ------
+    ModelError
+        Names that are no texts, one name for both faces, an axis without direction. In a model: faces that are no turned copies of each other,
+        with the largest distance between them; two axes or angles; what is held on `high` and not on `low`, or moved differently; contacts that reach
+        the cut with nodes that do not match; axisymmetric bodies.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skfem import MeshQuad
+    >>> import frictopt as fo
+    >>> grid = MeshQuad.init_tensor([1.0, 1.5, 2.0], np.linspace(0, np.pi / 2, 5))
+    >>> cuts = {"low": lambda x: x[1] < 1e-9, "high": lambda x: x[0] < 1e-9}
+    >>> mesh = MeshQuad(grid.p[0] * np.array([np.cos(grid.p[1]), np.sin(grid.p[1])]), grid.t).with_boundaries(cuts)
+    >>> mesh = mesh.with_boundaries({"bore": lambda x: np.hypot(*x) < 1.01, "rim": lambda x: np.hypot(*x) > 1.9})
+    >>> disc = MeshQuad(2 * mesh.p, mesh.t).with_boundaries(mesh.boundaries)
+    >>> model = fo.ContactModel(
+    ...     {"ring": fo.Body(mesh), "rim": fo.Body(disc)},
+    ...     supports=[fo.Cyclic("ring", "low", "high"), fo.Cyclic("rim", "low", "high"), fo.Support("rim", "rim")],
+    ...     loads={"fit": [fo.Interference("rim", 1e-3)]},
+    ...     contacts=[fo.Contact("ring", "rim", "rim", "bore")],
+    ... )
+    >>> system = model.condense()  # the nodes on both cuts are one
+    >>> system.nodes, round(float(system.width.sum()), 3)
+    (4, 3.121)
+    """
+
+    body: str
+    low: str
+    high: str
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    centre: tuple[float, ...] | None = None
+
+    def __post_init__(self) -> None:
+        check_text("body", self.body, "the name of a body of the model")
+        for side in ("low", "high"):
+            check_text(side, getattr(self, side), "the name of a boundary of the mesh")
+        if self.low == self.high:
+            raise ModelError(f"high: {self.high!r} is `low` too; name the two cut faces of the sector")
+        checked_axis(self)
+
+
+@dataclass(frozen=True, eq=False)
+class Sector:
+    """Nodes that follow others around an axis, `u_i = Q sum_j P_ij u_j`: those of the high faces of a sector follow those of the low ones."""
+
+    nodes: Integers  # (n,) that follow
+    places: csr_matrix  # (n, all nodes) matrix P
+    copies: Integers  # (all nodes,) node that each is a turned copy of; -1: none
+    fixed: Integers  # nodes on the axis, which both faces have
+    turn: Array  # (d, d) matrix Q
+    along: Array  # (d,) unit vector along the axis; zero in the plane
+    count: int  # of the sectors of the ring
+    unlike: Mapping[str, Integers]  # body -> facets of its faces, where they do not match
+
+    def held(self) -> list[tuple[Integers, Array]]:
+        """The nodes on the axis, with each direction (n, d) across it: in these they are held."""
+        across = frames_of(self.along[None])[0, :2] if self.along.any() else np.eye(2)
+        return [(self.fixed, np.tile(way, (len(self.fixed), 1))) for way in across]
+
+    @property
+    def on_cuts(self) -> Integers:
+        """All nodes that follow, or are followed."""
+        return np.concatenate([self.nodes, self.places.indices, self.fixed])
+
+    def follow(self, rows: Integers, free_rows: Integers, directions: Array, points: Array) -> csr_matrix:
+        """The matrix (size, size) of `u = C u` that lets nodes follow; those of faces that do not match stay where they are held.
+
+        Given are the parts of an assembly; the free rows (nodes, d), -1 where held along the directions (nodes, d, d), become -2 where nodes follow.
+        """
+        d, copied, held = rows.shape[1], self.copies[self.nodes] >= 0, free_rows == -1
+        self._check_held(self.nodes[copied], directions, held, points)
+        free_rows[self.nodes] = np.where(held[self.nodes], -1, -2)
+        own, stays = directions[self.nodes], held[self.nodes] & ~copied[:, None]
+        free = np.eye(d) - np.einsum("nka,nk,nkb->nab", own, stays, own)
+        by_nodes = csr_matrix((np.ones(rows.size), (rows.ravel(), np.arange(rows.size))), shape=(rows.size,) * 2)
+        rest = np.ones(rows.size)
+        rest[rows[self.nodes][~stays]] = 0.0
+        follow = blocks_of(free @ self.turn) @ kron(self.places, identity(d)) @ by_nodes.T
+        return csr_matrix(diags(rest) + by_nodes[:, (d * self.nodes[:, None] + np.arange(d)).ravel()] @ follow)
+
+    def _check_held(self, copied: Integers, directions: Array, held: Booleans, points: Array) -> None:
+        """Check that what is held of copies is held of the nodes that they follow."""
+        of = self.copies[copied]
+        share = np.einsum("nl,nkl->nk", held[of], np.einsum("nka,nla->nkl", directions[copied] @ self.turn, directions[of]) ** 2)
+        if (i := first_of((held[copied] & (share < 1 - ASKEW)).any(axis=1))) is not None:
+            raise ModelError(
+                f"supports: the node at {place(points[copied[i]])} is held, and not so the one at {place(points[of[i]])}, which it copies on "
+                "the other cut face of the sector; hold both, for what is held repeats from sector to sector"
+            )
+
+    def check_moved(self, argument: str, moved: Array, turned: Array, points: Array) -> None:
+        """Check that the displacements (nodes, d) of supports repeat: those of nodes that follow are (nodes, d), nan where none is given."""
+        own = np.abs(moved - turned)[self.nodes] > ROUNDING * np.nanmax(np.abs(moved), initial=0.0)
+        if (i := first_of(own.any(axis=1))) is not None:
+            raise ModelError(
+                f"{argument}: the displacement of the node at {place(points[self.nodes[i]])}, on a cut face of a sector, is not that of the "
+                "other face, turned; give displacements that repeat from sector to sector"
+            )
+
+    def once(
+        self, names: Sequence[str], contact: Integers, nodes: Integers, projection: csr_matrix, normals: Array, widths: Array, points: Array
+    ) -> Integers:
+        """The pairs but those of copied nodes: in the ring each is one pair with that of the node that it copies, and adds normal and width to it.
+
+        Of each pair are given the number of its contact, its node of body 1, its place on body 2, a row over all nodes, its normal and its width.
+        """
+        copy, high = self.copies, np.flatnonzero(np.isin(nodes, self.nodes))
+        number = {pair: k for k, pair in enumerate(zip(contact.tolist(), nodes.tolist(), strict=True))}
+        low = np.array([number.get((int(contact[k]), int(copy[nodes[k]])), -1) for k in high], dtype=np.intp)
+        links = projection.tocoo()
+        turned = csr_matrix((links.data, (links.row, np.where(copy[links.col] >= 0, copy[links.col], links.col))), shape=projection.shape)
+        wrong = np.bincount(links.row, np.isin(links.col, self.nodes), minlength=len(nodes)) > 0
+        wrong |= np.isin(nodes, copy[copy >= 0]) & ~np.isin(np.arange(len(nodes)), low)
+        wrong[high] = (low < 0) | (np.asarray(abs(turned[high] - projection[low]).sum(axis=1)).ravel() > COUNTS)
+        if (k := first_of(wrong)) is not None:
+            raise ModelError(
+                f"contacts: {names[contact[k]]!r} reaches the cut of the sector at {place(points[nodes[k]])}, and its nodes there are not the same "
+                "on both bodies and on both cut faces; let nodes match there (gmsh: fragment the bodies, and setPeriodic from cut to cut), call the "
+                "faces on one side `low` of both bodies, or cut where no contact is"
+            )
+        widths[low] += widths[high]
+        normals[low] += normals[high] @ self.turn
+        return np.delete(np.arange(len(nodes)), high)
+
+    def seam(self, first: int, body: Body) -> Seam | None:
+        """Copied nodes of a body, whose nodes begin with that number, the nodes that they copy, and Q; None if it has none."""
+        copied = np.flatnonzero(self.copies[first : first + body.mesh.p.shape[1]] >= 0)
+        return (copied, self.copies[first + copied] - first, self.turn) if len(copied) else None
+
+
+def sector_of(cuts: Sequence[Cyclic], bodies: Mapping[str, Body], kinematics: Kinematics) -> Sector | None:
+    """The nodes of all bodies, one body after the other, that follow others; None if no body is cut."""
+    if cuts and kinematics == "axisymmetric":
+        raise ModelError(f"supports: {cuts[0]} in an axisymmetric model, which is the whole ring; leave it out, or mesh the sector in space")
+    found: dict[str, _Turned] = {}
+    for cut in cuts:
+        if cut.body not in bodies or cut.body in found:
+            raise ModelError(f"supports: body {cut.body!r} of {cut} is unknown, or has another Cyclic; this model has {sorted(bodies)}")
+        found[cut.body] = _turned(bodies[cut.body], cut)
+    if not found:
+        return None
+    (one, first), *others = found.items()
+    for name, other in others:
+        near = same_point(bodies[one].mesh.p.T)
+        if np.abs(other.turn - first.turn).max() > SAME_POINT or np.abs(other.shift - first.shift).max() > near:
+            raise ModelError(f"supports: the sectors of bodies {one!r} and {name!r} turn about other axes or by other angles; give all the same")
+    counts, cut_bodies = [body.mesh.p.shape[1] for body in bodies.values()], [found.get(name) for name in bodies]
+    starts = np.cumsum([0, *counts])
+    copies = np.full(starts[-1], -1)
+    for start, cut_body in zip(starts.tolist(), cut_bodies, strict=False):
+        if cut_body and cut_body.match:
+            copies[start + cut_body.nodes] = start + cut_body.places.indices
+    return Sector(
+        nodes=np.concatenate([start + cut.nodes for start, cut in zip(starts, cut_bodies, strict=False) if cut]),
+        places=csr_matrix(block_diag([cut.places if cut else csr_matrix((0, n)) for n, cut in zip(counts, cut_bodies, strict=True)])),
+        copies=copies,
+        fixed=np.concatenate([start + cut.fixed for start, cut in zip(starts, cut_bodies, strict=False) if cut]),
+        turn=first.turn,
+        along=first.along,
+        count=first.count,
+        unlike={name: cut.facets for name, cut in found.items() if not cut.match},
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Turned:
+    """The cut faces of one body: nodes that follow, their places, and nodes on the axis, as of `Sector`."""
+
+    nodes: Integers
+    places: csr_matrix
+    match: bool  # whether the nodes of both faces are the same
+    fixed: Integers
+    facets: Integers
+    turn: Array
+    shift: Array  # (d,) where the origin is turned to
+    along: Array
+    count: int
+
+
+def _turned(body: Body, cut: Cyclic) -> _Turned:
+    """Find the angle between the cut faces of a body, and the places of the nodes of one on the other."""
+    mesh, x, d = body.through_corners.mesh, body.mesh.p.T, body.mesh.dim()
+    (centre, along), near = axis_of(cut, d), same_point(x)
+    low, high = (body.boundary(name, f"sector of body {cut.body!r}") for name in (cut.low, cut.high))
+    arms = [_middle(x[facets_around(mesh, facets)]) - centre for facets in (low, high)]
+    one, two = (np.pad(arm, (0, 3 - d)) for arm in arms)
+    angle = float(np.arctan2(along @ np.cross(one, two), one @ two - (along @ one) * (along @ two)))
+    count = round(2 * np.pi / max(abs(angle), 2 * np.pi / _MOST))
+    if angle < 0 and count > 2:
+        low, high = high, low
+    turn = Rotation.from_rotvec(2 * np.pi / count * along).as_matrix()[:d, :d]
+    back = (x - centre) @ turn + centre
+    nodes, others = (facet_nodes(body.mesh, facets) for facets in (high, low))
+    fixed, allowed = np.intersect1d(nodes, others), np.array(near)
+    off, nearest = (np.asarray(found) for found in cKDTree(x[others]).query(back[nodes]))
+    match = len(nodes) == len(others) and off.max() <= near
+    if match:
+        places = csr_matrix((np.ones(len(nodes)), (np.arange(len(nodes)), others[nearest])), shape=(len(nodes), len(x)))
+    else:
+        off = np.maximum(off, cKDTree(back[nodes]).query(x[others])[0].max())
+        around, behind = facets_around(mesh, high), facets_around(mesh, low)
+        overlaps = facet_overlaps(around, back, behind, x)
+        share = np.bincount(overlaps.facet, overlaps.weights, minlength=len(around)) / np.linalg.norm(areas_of(back[around]), axis=1)
+        if share.min() > _FACED and overlaps.weights.sum() > _WHOLE * np.linalg.norm(areas_of(x[behind]), axis=1).sum():
+            nodes = np.unique(around)
+            places, _ = mortar_projection(overlaps, nodes, len(x))
+            off = np.linalg.norm(back[nodes] - places @ x, axis=1)
+            allowed = near + sag(around, back)[nodes] + np.maximum.reduceat(sag(behind, x)[places.indices], places.indptr[:-1])
+    far = np.r_[off - allowed, np.linalg.norm(back[fixed] - x[fixed], axis=1) - near]
+    if far.max() > 0:
+        aside = f"; their middles are {np.degrees(angle):.6g} degrees apart" if abs(abs(angle) * count - 2 * np.pi) > SAME_POINT else ""
+        raise ModelError(
+            f"supports: the faces {cut.high!r} and {cut.low!r} of body {cut.body!r} are no turned copies of each other: turned by 360/{count} "
+            f"degrees about the axis, they are up to {off.max():.4g} apart{aside}; give two that are, 360 degrees over a whole number apart, "
+            "and check axis and centre"
+        )
+    own = ~np.isin(nodes, fixed)
+    return _Turned(nodes[own], csr_matrix(places[own]), match, fixed, np.r_[low, high], turn, centre - turn @ centre, along[:d], count)
+
+
+def _middle(corners: Array) -> Array:
+    """(d,) the middle of the area of facets (facets, corners, d)."""
+    sizes = np.linalg.norm(areas_of(corners), axis=1)
+    return np.asarray(sizes @ corners.mean(axis=1) / sizes.sum())
