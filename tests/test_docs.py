@@ -31,6 +31,7 @@ CITED = {  # public name -> label of the equation of the theory page that its do
     "BoltPreload": "bolt",
     "ContactModel.modes": "modes",
     "ContactSystem.tension": "bolt",
+    "ContactSystem.with_shear_strength": "strength",
     "reference.referee": "coulomb",
     "LoadCycle": "cycle",
     "onset": "onset",

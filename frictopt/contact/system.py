@@ -72,6 +72,9 @@ class ContactSystem(Shown, Plotted):
     bolts
         Load case name of a locked bolt -> (force, shortening): what it is tightened to, and by how much its unit amplitude shortens it, length; both
         above 0. The work of the unit load of such a case is minus the tension times the shortening, see `tension`.
+    shear_strength
+        (N,) largest size of the shear force at each node, force, > 0: the strength of the surface times the area. inf: friction alone bounds it. See
+        `with_shear_strength`, which also tells what asks for it.
     units
         Names of the units of force and length, such as "N, mm", for the axes of pictures and `attrs["units"]` of tables; no number depends on them.
 
@@ -113,6 +116,7 @@ class ContactSystem(Shown, Plotted):
     E_star: float | None = None
     compliance: Array | None = None
     bolts: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    shear_strength: Array = field(default_factory=lambda: frozen([]))
     units: str | None = None
     nodes: int = field(init=False)
     tangents: int = field(init=False)
@@ -141,6 +145,7 @@ class ContactSystem(Shown, Plotted):
             E_star=None if self.E_star is None else finite_number("E_star", self.E_star, above=0.0),
             compliance=None if L is None else parts.symmetrised("compliance", finite_array("compliance", L, (len(bonded),) * 2)),
             bolts=parts.checked_bolts("bolts", self.bolts, bonded),
+            shear_strength=parts.checked_strength("shear_strength", self.shear_strength, n),
             units=checked_units(self.units),
             stiffness_scale=scale,
             own_stiffness=frozen(np.where(own > RIGID * most, own, most).ravel()),
@@ -189,7 +194,8 @@ class ContactSystem(Shown, Plotted):
         several = {"contacts": names} if len(names) > 1 else {}
         place = {"x": f"{self.x[0]:g} .. {self.x[-1]:g}"} if self.tangents == 1 else {"tangents": 2}
         units = {} if self.units is None else {"units": self.units}
-        return {"nodes": self.nodes, **place, **several, "loads": sorted(self.bonded), "gap": bool(self.gap.any()), **units}
+        strong = {"shear_strength": True} if self.capped else {}
+        return {"nodes": self.nodes, **place, **several, "loads": sorted(self.bonded), "gap": bool(self.gap.any()), **strong, **units}
 
     def to_frame(self) -> Table:
         """A pandas DataFrame with one row for each node: node, contact and width where they are known, x (in the plane), gap, point and normal."""
@@ -212,6 +218,11 @@ class ContactSystem(Shown, Plotted):
         if self.tangents != 1:
             raise ModelError("x: a contact in space has no arc length; use `points`")
         return frozen(parts.arc_length(self.points, self.frames, self.contact))
+
+    @property
+    def capped(self) -> bool:
+        """Whether some node has a `shear_strength`."""
+        return bool(np.isfinite(self.shear_strength).any())
 
     @property
     def normals(self) -> Array:
@@ -332,6 +343,34 @@ class ContactSystem(Shown, Plotted):
         """Copy with another initial gap, (N,) or None."""
         return replace(self, gap=gap)
 
+    def with_shear_strength(self, strength: ArrayLike) -> Self:
+        """Copy whose surfaces shear off: beside friction, `|q| <= strength * width` at each node, whatever the pressure. Theory, eq. (35).
+
+        `shakedown_limit` (without events), `gross_slip`, `march`, `steady_state` and what follows such transients know it; they go in increments,
+        also in the plane. What does not know it refuses such a system.
+
+        Parameters
+        ----------
+        strength
+            Largest shear traction, force per length^2, one number or (N,), > 0. inf: none.
+
+        Raises
+        ------
+        ModelError
+            No `width`; a strength of another shape, or not positive.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[2.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}, width=[0.5])
+        >>> cycle = fo.LoadCycle({"P": 4.0}, [{"Q": 1.0}, {"Q": -1.0}])
+        >>> [round(fo.shakedown_limit(each, cycle, friction=0.5).load_factor, 9) for each in (node, node.with_shear_strength(2.5))]
+        [2.0, 1.25]
+        """
+        if self.width is None:
+            raise ModelError("width: not known, and a strength acts on it; give it, as `condense(..., width=job.areas(pairs[:, 1]))`")
+        return replace(self, shear_strength=parts.checked_strength("strength", strength, self.nodes) * self.width)
+
     def with_contact_stiffness(self, *, tangential: ArrayLike = np.inf, normal: ArrayLike = np.inf) -> Self:
         """Copy whose surfaces give: a spring in series with each node, along its tangents and its normal, between the body and the contact.
 
@@ -398,6 +437,17 @@ def checked_system(system: object) -> ContactSystem:
         remedy = "call its .condense(), which makes one" if hasattr(system, "condense") else "the condense() of a scene or a model makes one"
         raise ModelError(f"system: a {type(system).__name__}; give a ContactSystem ({remedy})")
     return system
+
+
+def checked_uncapped(system: object, question: str) -> ContactSystem:
+    """Check that no shear strength bounds the shear of a contact system, for what does not know it."""
+    checked = checked_system(system)
+    if checked.capped:
+        raise ModelError(
+            f"system: it has a shear strength, which {question} does not know; ask shakedown_limit, gross_slip, march or steady_state, or leave it "
+            "out: system.with_shear_strength(np.inf)"
+        )
+    return checked
 
 
 def checked_plane(system: object, instead: str) -> ContactSystem:

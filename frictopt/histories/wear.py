@@ -126,10 +126,10 @@ def wear(
     """Follow a contact while it wears, in jumps of many load cycles from one steady state to the next.
 
     In each steady cycle node i loses the depth `coefficient / width_i` times the integral of `p_i |dv_i|` (Archard), which is its work of friction
-    over its coefficient of friction. Depths add to the gap. The bodies stay elastic and their stiffness stays, so depths must be small beside the
-    contact. A jump is a step of a Rosenbrock method of second order, linearly implicit: pressure that wears off slows wear down within the jump. Its
-    length follows from an estimate of its error. After each jump the transient goes on from the state before it, while the wear is taken off, to the
-    next steady state, which is judged as every other. Theory, eq. (29).
+    over its coefficient of friction; a surface that shears off at its strength wears by that work too. Depths add to the gap. The bodies stay elastic
+    and their stiffness stays, so depths must be small beside the contact. A jump is a step of a Rosenbrock method of second order, linearly implicit:
+    pressure that wears off slows wear down within the jump. Its length follows from an estimate of its error. After each jump the transient goes on
+    from the state before it, while the wear is taken off, to the next steady state, which is judged as every other. Theory, eq. (29).
 
     Without `cycles` the history ends when the contact is worn in: when it slips no more, or its work of friction per cycle is a thousandth of the
     largest. It also ends where wear goes on at rates that never change, because it changes no pressure any more.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import Array, ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, joined, lengths
+from ..contact import Array, ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, joined, lengths, most_shear
 from ..contact.diagnosis import counted, in_contact, open_nodes, settled
 from ..contact.tolerances import CONDENSATION, COUNTS, RIGID, ROUNDING
 from ..errors import NoContinuation, SolverError
@@ -183,7 +183,7 @@ def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: Array
     floor, shear = CONDENSATION * float(np.abs(np.r_[glued_q.ravel(), glued_p]).mean()), lengths(q, p)
     if (p < -floor).any():
         return _opens(system, p, floor)
-    bare, smooth, beyond = np.abs(p) <= floor, (f == 0) & (shear > floor), shear > f * p + floor
+    bare, smooth, beyond = np.abs(p) <= floor, (f == 0) & (shear > floor), shear > most_shear(system, f, p) + floor
     texts = list[str]()
     if bare.any():
         texts.append(f"{_share(system, bare)} carry no pressure under the mean load if nothing slips")
