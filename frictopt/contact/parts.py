@@ -71,6 +71,15 @@ def checked_strength(argument: str, strength: object, n: int) -> Array:
     return frozen(for_each(argument, given, n))
 
 
+def checked_stretch(argument: str, stretch: object, shape: tuple[int, ...]) -> Array:
+    """Check by how much tangents are stretched, > 0; None, or empty: not at all."""
+    if stretch is None or real_array(argument, stretch).size == 0:
+        return frozen(np.ones(shape))
+    checked = finite_array(argument, stretch, shape)
+    check_entries(argument, checked.reshape(len(checked), -1)[:, -1], checked.reshape(len(checked), -1)[:, -1] > 0, "give a ratio above 0")
+    return checked
+
+
 def checked_springs(argument: str, stiffness: object, n: int) -> Array:
     """Check stiffnesses of springs, one number or (n,), > 0 and up to infinity."""
     given = real_array(argument, stiffness)

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactState, ContactSystem, LoadCycle, bar_of, checked_system, friction_coefficients, joined, parted
+from ..contact import ContactState, ContactSystem, LoadCycle, bar_of, checked_round, friction_coefficients, joined, parted
 from ..contact.checks import Array, finite_number, flag, frozen, per_node, warns_of_odd_values
 from ..contact.diagnosis import in_contact
 from ..contact.result import Plotted, Recorded, SolveRecord
@@ -176,7 +176,7 @@ def wear(
     >>> history.worn_in, f"{history.cycles[-1]:.1e} cycles, {1e3 * history.depth[-1].max():.2f} micrometres"
     (True, '2.2e+06 cycles, 0.61 micrometres')
     """
-    per_work = _per_work(checked_system(system), friction, coefficient)
+    per_work = _per_work(checked_round(system, "the depth needs ways along it as they are"), friction, coefficient)
     most = np.inf if cycles is None else finite_number("cycles", cycles, least=1.0)
     tolerance = finite_number("tolerance", tolerance, above=0.0)
     begun = initial_state

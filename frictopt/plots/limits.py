@@ -38,7 +38,7 @@ def _ratios(
     """
     system = found.system
     bound, of = most_shear(system, found.friction, p), r"\min(f p, c)" if system.capped else "(f p)"
-    slip, opened = (None, None) if isinstance(found, Onset) else (found.slip, found.open)
+    slip, opened = (None, None) if isinstance(found, Onset) else (found.slip / system.stretch, found.open)
     if system.tangents == 2:
         ratio = ratios(lengths(q[at], p[at]), bound[at])
         largest = float(np.nanmax(ratio, initial=0.0))

@@ -27,7 +27,7 @@ def contact_table(states: Trajectory, slipping: Booleans, opened: Booleans, work
     ends = states.time[-1] - np.arange(len(corners))[::-1]  # of a period of two cycles the last one
     for corner, row in enumerate(np.searchsorted(states.time, ends + SIMULTANEOUS) - 1):
         columns[f"P_{corner}"] = member @ states.p[row]
-        columns[f"Q_{corner}"] = _shear(member, system.frames, axes_of(states.q)[row])
+        columns[f"Q_{corner}"] = _shear(member, system.frames, axes_of(states.q * system.stretch)[row])
         columns[f"fP_{corner}"] = member @ most_shear(system, states.friction, states.p[row])
     table = frame(columns, units=system.units)
     table.attrs["corners"] = list(corners)

@@ -162,11 +162,11 @@ def onset_from(system: ContactSystem, cycle: LoadCycle, friction: Array, state: 
     beginnings = (np.broadcast_to(part, one.shape) for part, one in zip(parts[:3], corners, strict=True))
     for corner, (q, p, w, q1, p1, w1) in enumerate(zip(*beginnings, *corners, strict=True)):
         called = corner, cycle.corner_names[corner]
-        slip = _first_slip(called, system, (q, f * p), (q1, f * p1), floor)
+        slip = _first_slip(called, system.stretch, (q, f * p), (q1, f * p1), floor)
         if system.capped:
             has = np.flatnonzero(np.isfinite(system.shear_strength))
             bounds = system.shear_strength[has], np.zeros(len(has))
-            off = _first_slip(called, system, (q[has], bounds[0]), (q1[has], bounds[1]), floor)
+            off = _first_slip(called, system.stretch[has], (q[has], bounds[0]), (q1[has], bounds[1]), floor)
             slip = slip if off.node is None or off.load_factor >= slip.load_factor else replace(off, node=int(has[off.node]))
         events[0].append(slip)
         events[1].append(OnsetEvent(*called, "separation", *_least(_reach_zero(p, p1, floor)), still))
@@ -209,17 +209,17 @@ def _rates(system: ContactSystem, cycle: LoadCycle, state: ContactState | None) 
     return tuple(found)
 
 
-def _first_slip(called: tuple[int, str], system: ContactSystem, mean: tuple[Array, Array], rate: tuple[Array, Array], floor: float) -> OnsetEvent:
+def _first_slip(called: tuple[int, str], stretch: Array, mean: tuple[Array, Array], rate: tuple[Array, Array], floor: float) -> OnsetEvent:
     """First load factor at which a shear force reaches its bound; `mean` and `rate` are shear forces and bounds."""
     (q0, g0), (q1, g1) = mean, rate
     slack = g0 - lengths(q0, g0)
-    if system.tangents == 1:
+    if stretch.ndim == 1:
         both = _reach_zero(np.array([g0 + q0, g0 - q0]), np.array([g1 + q1, g1 - q1]), floor)
         load_factor, node = _least(both.min(axis=0))
         forward = node is not None and both[0, node] <= load_factor * (1 + SIMULTANEOUS)
         return OnsetEvent(*called, "slip", load_factor, node, 0 if node is None else 1 if forward else -1)
     load_factor, node = _least(np.where(slack < -floor, 0.0, np.maximum(reach(q0, g0, q1, g1), 0.0)))
-    q = np.zeros(2) if node is None else q0[node] + load_factor * q1[node]
+    q = np.zeros(2) if node is None else (q0[node] + load_factor * q1[node]) / stretch[node]  # slips go back so
     size = float(np.linalg.norm(q))
     return OnsetEvent(*called, "slip", load_factor, node, (0.0 - float(q[0]) / size, 0.0 - float(q[1]) / size) if size > 0 else (0.0, 0.0))
 

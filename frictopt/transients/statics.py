@@ -139,7 +139,8 @@ class Statics:
     def _sentence(self, name: str, load: Array, phi: Array) -> str:
         """What moves, where to, and the forces: those of the load and of friction in units of the mean slip."""
         n = self._system.nodes
-        phi, load = (values.reshape(-1, n) for values in (phi, load))
+        back = joined(self._system.stretch, np.ones(n))
+        phi, load = (phi / back).reshape(-1, n), (load * back).reshape(-1, n)
         sizes = np.linalg.norm(phi[:-1], axis=0)
         moves = np.abs(phi).max(axis=0) > COUNTS * np.abs(phi).max()
         where, mean = "" if moves.all() else f" at {counted(self._system, moves)}", float(sizes[moves].mean())
