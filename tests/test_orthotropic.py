@@ -184,6 +184,7 @@ def test_a_ratio_of_one_is_the_same_contact_and_files_keep_another(tmp_path):
     assert np.array_equal(system.with_gap([0.1] * 3).stretch, system.stretch)
 
 
+@pytest.mark.usefixtures("no_figures_stay_open")
 def test_arrows_of_a_picture_are_slips_as_they_are(monkeypatch):
     from frictopt.plots import limits
 

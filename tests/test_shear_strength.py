@@ -318,6 +318,7 @@ def test_what_does_not_know_a_strength_refuses_it(ask):
     ask(ROD.with_shear_strength(0.1))
 
 
+@pytest.mark.usefixtures("no_figures_stay_open")
 def test_a_picture_of_a_limit_is_over_the_strength():
     limit = fo.shakedown_limit(ROD.with_shear_strength(0.1), PUSHES, 0.5)
     axes = limit.plot()
