@@ -32,6 +32,8 @@ CITED = {  # public name -> label of the equation of the theory page that its do
     "BoltPreload": "bolt",
     "ContactModel.modes": "modes",
     "ContactSystem.tension": "bolt",
+    "ContactSystem.with_shear_strength": "strength",
+    "ContactSystem.with_orthotropic_friction": "ellipse",
     "reference.referee": "coulomb",
     "LoadCycle": "cycle",
     "onset": "onset",

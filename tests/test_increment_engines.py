@@ -29,7 +29,7 @@ def test_sweeps_alone_and_newtons_method_alone_find_one_state(seed, nodes, in_sp
     law, loads = NewtonIncrement(contact, 0.2).law, list(contact.bonded)
     trial = joined(*contact.reaction({loads[0]: -1.0 if lift else 1.0, loads[1]: float(rng.uniform(0.0, 2.0))})) + 0.3 * rng.normal(size=len(law.S))
     u, r = np.zeros_like(trial), trial.copy()
-    sweep(law.S, law.friction, law.own, u, r, 20_000, 1e-14, relax)
+    sweep(law.S, law.friction, law.strength, law.own, u, r, 20_000, 1e-14, relax)
     state, scale = newton(law, trial, np.zeros_like(trial)), np.abs(trial).max()
     assert state.error < 1e-9 * scale
     assert np.allclose(r, trial + law.S @ u, atol=1e-11 * scale) and np.allclose(u, state.u, atol=1e-9 * scale)
@@ -61,7 +61,7 @@ def test_the_residual_of_sweeps_is_that_of_the_referee(seed, nodes, in_space, fr
     for share in (1.0, 0.6, 0.3):
         u, r = np.zeros(len(law.S)), drawn()
         load, forces, status = r.copy(), np.empty_like(r), np.empty(nodes, dtype=np.int8)
-        residual = increment(law.S, law.friction, law.own, share * law.own, u, r, forces, status)
+        residual = increment(law.S, law.friction, law.strength, law.own, share * law.own, u, r, forces, status)
         if not np.abs(u).max() < 1e6:
             assert residual > 1e-9
             continue
@@ -82,9 +82,9 @@ def test_increments_in_turn_are_those_one_by_one(seed, nodes, in_space, friction
     engine, drawn = random_problem(seed, nodes, in_space, friction)
     contact, loads, asked, swept = engine.system, [drawn() for _ in range(6)], [], engine._swept
 
-    def failing(u, r):
+    def failing(u, r, law):
         asked.append(u)
-        state, r = swept(u, r)
+        state, r = swept(u, r, law)
         return replace(state, error=np.inf), r
 
     one_by_one = NewtonIncrement(contact, friction)
@@ -110,7 +110,7 @@ def test_newtons_method_goes_on_from_gaps_and_ends_at_rounding():
     contact = random_contact(rng, 20).with_gap(np.where(np.arange(20) < 5, 0.0, 1e4))
     engine = NewtonIncrement(contact, 0.4)
     by_newton, load = engine._by_newton, joined(0.3 * rng.normal(size=(20, 2)), 1 + rng.random(20))
-    engine._swept = lambda u, r: (State(u, r, np.zeros(20, np.int8), 0, np.inf), r)
+    engine._swept = lambda u, r, law: (State(u, r, np.zeros(20, np.int8), 0, np.inf), r)
     engine._by_newton = lambda *start: steps.append(by_newton(*start)) or steps[-1]
     engine._without_open = lambda *state: None
     _, (u, r, _) = list(engine.along(np.zeros(60), [load, 1.01 * load]))
@@ -132,7 +132,7 @@ def test_where_sweeps_fail_open_nodes_are_eliminated(in_space, free):
     held = {"no motion": np.eye(len(last)), "an oblique motion": np.eye(len(last)) - way @ way.T, "a node": np.diag(1.0 - last)}[free]
     contact = fo.ContactSystem(held @ contact.S @ held, contact.points, {"P": np.ones(len(last))}, gap=np.where(far, 0.3, 0.0))
     engine, newton, asked, long = NewtonIncrement(contact, 0.3), NewtonIncrement._by_newton, [], []
-    engine._swept = lambda u, r: (State(u, r, np.zeros(n, np.int8), 0, np.inf), r)
+    engine._swept = lambda u, r, law: (State(u, r, np.zeros(n, np.int8), 0, np.inf), r)
     engine._by_newton = lambda *start: asked.append(1) or newton(engine, *start)
     shear, press, slip = np.tile(rng.normal(size=n), contact.tangents), np.where(far, 0.0, 1.0), np.zeros(contact.slip_shape)
     lower = press + np.where(np.arange(n) == 5, 3.0, 0.0)  # presses a far node down

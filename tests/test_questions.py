@@ -20,6 +20,7 @@ LOADS = {"mean": ([0, 0, 0], [1, -0.3, 1]), "cyclic": ([0.5, 0.2, 0.5], [0.1, 0,
 OPEN = fo.ContactSystem.from_blocks(A, B, A, [0.0, 1.0, 2.0], LOADS, width=[1.0] * 3, compliance=10.0 * np.eye(2))
 SOLIDS = [replace(embedded(flat, np.random.default_rng(13))[0], compliance=10.0 * np.eye(2), width=[1.0] * flat.nodes) for flat in (PAIR, OPEN)]
 CONTACTS = {"plane": [PAIR], "space": SOLIDS[:1], "with open nodes": [OPEN, SOLIDS[1]]}
+CONTACTS["with a shear strength"] = [contact.with_shear_strength(0.4) for contact in (PAIR, SOLIDS[0])]
 
 
 @cache

@@ -28,10 +28,10 @@ from .checks import (
     whole_array,
     whole_number,
 )
-from .coulomb import ContactState, Verdict, friction_coefficients, lengths, off_law, referee
+from .coulomb import ContactState, Verdict, friction_coefficients, lengths, most_shear, off_law, referee
 from .cycle import LoadCycle, checked_cycle
 from .parts import joined, parted
 from .progress import Bar, bar_of
 from .result import Attempt, Kept, LimitKind, Outcome, Plotted, Recorded, Shown, SolveRecord, Table, components, frame, places
-from .system import ContactSystem, checked_plane, checked_system, reactions
+from .system import ContactSystem, checked_plane, checked_round, checked_system, checked_uncapped, reactions
 from .tolerances import *

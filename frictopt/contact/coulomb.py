@@ -36,7 +36,7 @@ class Verdict(Kept):
     Attributes
     ----------
     equilibrium, bound
-        `|r - r^w - S u|` and `|q| - f p`, in units of the mean normal force.
+        `|r - r^w - S u|` and `|q| - f p`, or `|q|` less the shear strength, in units of the mean normal force.
     contact
         Tension `-p`, overlap `-w`, and contact force across an open gap (the smaller of p and w), forces in units of the mean normal force and
         lengths in units of the slip scale.
@@ -144,13 +144,18 @@ def off_law(system: ContactSystem, f: Array, bonded: Array, u: Array, r: Array, 
         moved = (np.zeros_like(u) if before is None else (u - before) / length).reshape(shape)[:, :-1]
         u, r = (u / length).reshape(shape), (r / force).reshape(shape)
         q, p, w = r[:, :-1], r[:, -1], u[:, -1] + system.gap / length
-        slid, size, bound = np.linalg.norm(moved, axis=1), np.linalg.norm(q, axis=1), f * p
+        slid, size, bound = np.linalg.norm(moved, axis=1), np.linalg.norm(q, axis=1), np.minimum(f * p, system.shear_strength / force)
         sense, pull = (part / np.where(by > 0, by, 1.0)[:, None] for part, by in ((moved, slid), (q, size)))
         turned = np.linalg.norm(q + bound[:, None] * sense, axis=1)
         across = np.linalg.norm(moved - np.minimum((moved * pull).sum(axis=1), 0.0)[:, None] * pull, axis=1)
         contact, over = np.maximum(np.maximum(-p, -w), np.minimum(p, w)), size - bound
         lines = unbalanced, contact, over, np.minimum(np.minimum(slid, turned), np.maximum(across, np.abs(over)))
         return np.array([np.max(line, initial=0.0) for line in lines])
+
+
+def most_shear(system: ContactSystem, f: Array, p: Array) -> Array:
+    """(..., N) largest size of the shear force under normal forces p (..., N): what friction holds, up to the strength of the surface."""
+    return np.minimum(f * p, system.shear_strength)
 
 
 def lengths(q: Array, p: Array) -> Array:

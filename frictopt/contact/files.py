@@ -85,11 +85,13 @@ def unpacked(source: str | Path, form: str, made: Callable[[dict[str, Any]], T],
 
 
 def write(path: str | Path, system: Any) -> None:
-    """Write a contact system: its parts (None as an empty array), load cases and bonded reactions, and its locked bolts where it has any."""
+    """Write a contact system: its parts (None as an empty array), load cases and bonded reactions; locked bolts, shear strength where it has any."""
     plain = {name: np.array([] if (value := getattr(system, name)) is None else value) for name in _NAMES}
     bonded = [joined(*pair) for pair in system.bonded.values()]
-    bolts = {"locked": list(system.bolts), "bolts": list(system.bolts.values())} if system.bolts else {}
-    packed(path, _FORM, cases=list(system.bonded), bonded=bonded, **bolts, **plain)
+    more = {"locked": list(system.bolts), "bolts": list(system.bolts.values())} if system.bolts else {}
+    more |= {"shear_strength": system.shear_strength} if system.capped else {}
+    more |= {"stretch": system.stretch} if system.orthotropic else {}
+    packed(path, _FORM, cases=list(system.bonded), bonded=bonded, **more, **plain)
 
 
 def read(source: str | Path) -> dict[str, Any]:
@@ -99,8 +101,9 @@ def read(source: str | Path) -> dict[str, Any]:
 
 def _arguments(arrays: dict[str, Any]) -> dict[str, Any]:
     bolts = {name: arrays.pop(name).tolist() for name in ("locked", "bolts") if name in arrays}
+    laws: dict[str, Any] = {name: arrays.pop(name) for name in ("shear_strength", "stretch") if name in arrays}
     if arrays.keys() != {"cases", "bonded", *_NAMES} or len(bolts) == 1:
         raise ValueError("it does not hold the arrays of a contact system")
     bonded = dict(zip(arrays.pop("cases").tolist(), arrays.pop("bonded"), strict=True))
     known = {name: None if not array.size else array if array.ndim else array.item() for name, array in arrays.items()}
-    return {"bonded": bonded, "bolts": dict(zip(*bolts.values(), strict=True)) if bolts else {}, **known}
+    return {"bonded": bonded, "bolts": dict(zip(*bolts.values(), strict=True)) if bolts else {}, **laws, **known}

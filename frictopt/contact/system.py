@@ -72,6 +72,12 @@ class ContactSystem(Shown, Plotted):
     bolts
         Load case name of a locked bolt -> (force, shortening): what it is tightened to, and by how much its unit amplitude shortens it, length; both
         above 0. The work of the unit load of such a case is minus the tension times the shortening, see `tension`.
+    shear_strength
+        (N,) largest size of the shear force at each node, force, > 0: the strength of the surface times the area. inf: friction alone bounds it. See
+        `with_shear_strength`, which also tells what asks for it.
+    stretch
+        In the shape of slips, > 0: slips of this system are so many times those along its tangents, shear forces as much less. 1, but for friction
+        that differs along the tangents, see `with_orthotropic_friction`.
     units
         Names of the units of force and length, such as "N, mm", for the axes of pictures and `attrs["units"]` of tables; no number depends on them.
 
@@ -113,6 +119,8 @@ class ContactSystem(Shown, Plotted):
     E_star: float | None = None
     compliance: Array | None = None
     bolts: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    shear_strength: Array = field(default_factory=lambda: frozen([]))
+    stretch: Array = field(default_factory=lambda: frozen([]))
     units: str | None = None
     nodes: int = field(init=False)
     tangents: int = field(init=False)
@@ -141,6 +149,8 @@ class ContactSystem(Shown, Plotted):
             E_star=None if self.E_star is None else finite_number("E_star", self.E_star, above=0.0),
             compliance=None if L is None else parts.symmetrised("compliance", finite_array("compliance", L, (len(bonded),) * 2)),
             bolts=parts.checked_bolts("bolts", self.bolts, bonded),
+            shear_strength=parts.checked_strength("shear_strength", self.shear_strength, n),
+            stretch=parts.checked_stretch("stretch", self.stretch, self.slip_shape),
             units=checked_units(self.units),
             stiffness_scale=scale,
             own_stiffness=frozen(np.where(own > RIGID * most, own, most).ravel()),
@@ -189,7 +199,8 @@ class ContactSystem(Shown, Plotted):
         several = {"contacts": names} if len(names) > 1 else {}
         place = {"x": f"{self.x[0]:g} .. {self.x[-1]:g}"} if self.tangents == 1 else {"tangents": 2}
         units = {} if self.units is None else {"units": self.units}
-        return {"nodes": self.nodes, **place, **several, "loads": sorted(self.bonded), "gap": bool(self.gap.any()), **units}
+        strong = {name: True for name, has in (("shear_strength", self.capped), ("orthotropic", self.orthotropic)) if has}
+        return {"nodes": self.nodes, **place, **several, "loads": sorted(self.bonded), "gap": bool(self.gap.any()), **strong, **units}
 
     def to_frame(self) -> Table:
         """A pandas DataFrame with one row for each node: node, contact and width where they are known, x (in the plane), gap, point and normal."""
@@ -212,6 +223,16 @@ class ContactSystem(Shown, Plotted):
         if self.tangents != 1:
             raise ModelError("x: a contact in space has no arc length; use `points`")
         return frozen(parts.arc_length(self.points, self.frames, self.contact))
+
+    @property
+    def capped(self) -> bool:
+        """Whether some node has a `shear_strength`."""
+        return bool(np.isfinite(self.shear_strength).any())
+
+    @property
+    def orthotropic(self) -> bool:
+        """Whether friction differs along the tangents, so that these are stretched, see `with_orthotropic_friction`."""
+        return bool((self.stretch != 1).any())
 
     @property
     def normals(self) -> Array:
@@ -301,6 +322,7 @@ class ContactSystem(Shown, Plotted):
 
     def with_bonded(self, cases: Mapping[str, ArrayLike]) -> Self:
         """Copy with load cases added or replaced, name -> bonded reactions, as in `ContactSystem`. Its compliance is not known."""
+        checked_round(self, "give load cases to the one that it was made of")
         known = parts.checked_bonded("cases", cases, self.nodes, self.tangents)
         return replace(self, bonded={**self.bonded, **known}, compliance=None)
 
@@ -332,6 +354,75 @@ class ContactSystem(Shown, Plotted):
         """Copy with another initial gap, (N,) or None."""
         return replace(self, gap=gap)
 
+    def with_shear_strength(self, strength: ArrayLike) -> Self:
+        """Copy whose surfaces shear off: beside friction, `|q| <= strength * width` at each node, whatever the pressure. Theory, eq. (35).
+
+        `shakedown_limit` (without events), `gross_slip`, `march`, `steady_state` and what follows such transients know it; they go in increments,
+        also in the plane. What does not know it refuses such a system.
+
+        Parameters
+        ----------
+        strength
+            Largest shear traction, force per length^2, one number or (N,), > 0. inf: none.
+
+        Raises
+        ------
+        ModelError
+            No `width`; a strength of another shape, or not positive.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[2.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}, width=[0.5])
+        >>> cycle = fo.LoadCycle({"P": 4.0}, [{"Q": 1.0}, {"Q": -1.0}])
+        >>> [round(fo.shakedown_limit(each, cycle, friction=0.5).load_factor, 9) for each in (node, node.with_shear_strength(2.5))]
+        [2.0, 1.25]
+        """
+        if self.width is None:
+            raise ModelError("width: not known, and a strength acts on it; give it, as `condense(..., width=job.areas(pairs[:, 1]))`")
+        return replace(self, shear_strength=parts.checked_strength("strength", strength, self.nodes) * self.width)
+
+    def with_orthotropic_friction(self, ratio: ArrayLike) -> Self:
+        """Copy for friction that differs along the two tangents: f along the first, `ratio` times f along the second. Theory, eq. (36).
+
+        Friction bounds the shear force by an ellipse, and slip is normal to it (Michalowski & Mroz 1978). The copy has a stretched second tangent:
+        its slips v2 are `ratio` times those of the joint, its shear forces q2 as much less, and their work is the same. There the ellipse is the
+        circle `|q| <= f p`, and friction opposes slip. So all questions answer it, with f along the first tangent: loads, works, pressures, gaps,
+        stiffness, damping and which nodes slip or open are those of the joint. Slips and shear forces, in arrays and columns named so, go back by
+        `slip / system.stretch` and `q * system.stretch`. Sizes of slips (`slip_bound`, `largest_slip`, `sliding_distance`) are stretched, too, and
+        a shear strength is that along the first tangent. `by_contact`, `fretting_table`, `recover` and pictures of slips go back by themselves.
+        Give load cases and springs first.
+
+        Parameters
+        ----------
+        ratio
+            Friction along the second tangent over that along the first, `system.frames` has both; one number or (N,), > 0.
+
+        Raises
+        ------
+        ModelError
+            A contact in the plane, or one that is orthotropic already; a ratio of another shape, or not positive.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import frictopt as fo
+        >>> node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "X": [1, 0, 0], "Y": [0, 1, 0]})
+        >>> rolled, pushes = node.with_orthotropic_friction(0.5), ({"X": 1.0}, {"Y": 1.0}, {"X": 0.6, "Y": 0.4})
+        >>> cycles = [fo.LoadCycle({"P": 2.0}, [push, {case: -force for case, force in push.items()}]) for push in pushes]
+        >>> [round(fo.shakedown_limit(rolled, cycle, friction=0.3).load_factor, 9) for cycle in cycles]
+        [0.6, 0.3, 0.6]
+        """
+        checked_round(self, "give one ratio to the system that it was made of")
+        if self.tangents == 1:
+            raise ModelError("ratio: a contact in the plane has one tangent; give its friction, one or one per node")
+        along = np.ones(self.slip_shape)
+        along[:, 1] = parts.checked_strength("ratio", ratio, self.nodes)
+        stretch = parts.checked_stretch("ratio", along, self.slip_shape)
+        give = joined(1 / stretch, np.ones(self.nodes))
+        bonded = {name: give * joined(*pair) for name, pair in self.bonded.items()}
+        return replace(self, S=give[:, None] * self.S * give, bonded=bonded, stretch=stretch)
+
     def with_contact_stiffness(self, *, tangential: ArrayLike = np.inf, normal: ArrayLike = np.inf) -> Self:
         """Copy whose surfaces give: a spring in series with each node, along its tangents and its normal, between the body and the contact.
 
@@ -356,6 +447,7 @@ class ContactSystem(Shown, Plotted):
         >>> soft.A.round(9).tolist(), soft.C.round(9).tolist(), soft.bonded["Q"][0].round(9).tolist()
         ([[0.5]], [[2.0]], [0.5])
         """
+        checked_round(self, "give springs of surfaces to the one that it was made of")
         if self.width is None:
             raise ModelError(
                 "width: not known, and the springs of a node act on its width; give it, as `condense(..., width=job.areas(pairs[:, 1]))`"
@@ -398,6 +490,25 @@ def checked_system(system: object) -> ContactSystem:
         remedy = "call its .condense(), which makes one" if hasattr(system, "condense") else "the condense() of a scene or a model makes one"
         raise ModelError(f"system: a {type(system).__name__}; give a ContactSystem ({remedy})")
     return system
+
+
+def checked_round(system: object, remedy: str) -> ContactSystem:
+    """Check that friction of a contact system is the same along all tangents, for what needs lengths along them as they are; else a remedy."""
+    checked = checked_system(system)
+    if checked.orthotropic:
+        raise ModelError(f"system: its friction is orthotropic, and its second tangent is stretched; {remedy}")
+    return checked
+
+
+def checked_uncapped(system: object, question: str) -> ContactSystem:
+    """Check that no shear strength bounds the shear of a contact system, for what does not know it."""
+    checked = checked_system(system)
+    if checked.capped:
+        raise ModelError(
+            f"system: it has a shear strength, which {question} does not know; ask shakedown_limit, gross_slip, march or steady_state, or leave it "
+            "out: system.with_shear_strength(np.inf)"
+        )
+    return checked
 
 
 def checked_plane(system: object, instead: str) -> ContactSystem:

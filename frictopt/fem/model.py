@@ -205,7 +205,7 @@ class ContactModel(Shown, Viewed, Vibrating):
             if slip is not None or gap is not None:
                 raise ModelError("slip, gap: the steady state has its own; leave them out, or give the loads of the state instead of it")
             steady: Any = loads
-            slip, gap, loads = steady.slip, steady.gap, steady.cycle.at(steady.load_factor)[-1]
+            slip, gap, loads = steady.slip / steady.system.stretch, steady.gap, steady.cycle.at(steady.load_factor)[-1]
         if slip is None:
             raise ModelError("slip: None; give the slip (and the gap) of the state under these loads, or a steady state instead of the loads")
         amplitudes, parts = checked_loads("loads", loads), self._parts
@@ -247,8 +247,8 @@ class ContactModel(Shown, Viewed, Vibrating):
         before = 0
         for state in np.flatnonzero(last if every else last & corner).tolist():
             loads = {case: amplitude for case, amplitude in zip(states.system.bonded, states.amplitudes[state], strict=True) if amplitude}
-            fields = self.recover(loads, states.slip[state], states.gap[state])
-            off = max(np.abs(fields.q - states.q[state]).max(), np.abs(fields.p - states.p[state]).max())
+            fields = self.recover(loads, states.slip[state] / states.system.stretch, states.gap[state])
+            off = max(np.abs(fields.q - states.q[state] * states.system.stretch).max(), np.abs(fields.p - states.p[state]).max())
             if off > EQUILIBRIUM * np.abs(states.p).max():
                 raise ModelError(f"model: its fields miss the reactions of the steady state by {off:.1e}; give the one its system was condensed from")
             work = states.work[state] - states.work[0]

@@ -49,7 +49,7 @@ def report(
     (`backbone_curve`), with the steady state at load factor 1; shakedown and guaranteed limit; the friction that would keep the contact stuck
     (`required_friction`); and advice. A part without an answer stands there with the reason. Where the mean load leaves nodes open in space, the
     shakedown limit is that with these nodes open, and guaranteed limit and required friction are left out, for they search for minutes: ask
-    `shakedown_limit`, `guaranteed_limit` and `required_friction` themselves.
+    `shakedown_limit`, `guaranteed_limit` and `required_friction` themselves. These two do not know a shear strength.
 
     Parameters
     ----------
@@ -119,6 +119,8 @@ def report(
         ask("shakedown limit", lambda: limit_of(mean.open) if opened else shakedown_limit(system, cycle, f))
         if opened:
             missing |= {part: _SEARCHED.format(part.replace(" ", "_")) for part in ("guaranteed limit", "required friction")}
+        elif system.capped:
+            missing |= dict.fromkeys(("guaranteed limit", "required friction"), "not known of a surface with a shear strength")
         else:
             ask("guaranteed limit", lambda: guaranteed_limit(system, cycle, f))
             ask("required friction", lambda: required_friction(system, cycle, 1.0))

@@ -59,7 +59,8 @@ class Case:
         """Digest of the content."""
         reactions = *self.cycle.mean_reaction(self.system), *self.cycle.corner_reactions(self.system)
         fixed = () if self.cycle.fixed is None else self.cycle.unscaled_reactions(self.system)
-        return _digest(self.system.S, self.system.gap, self.friction, *reactions, *fixed)
+        strength = (self.system.shear_strength,) if self.system.capped else ()
+        return _digest(self.system.S, self.system.gap, self.friction, *reactions, *fixed, *strength)
 
 
 @dataclass(frozen=True, eq=False)

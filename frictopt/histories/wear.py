@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactState, ContactSystem, LoadCycle, bar_of, checked_system, friction_coefficients, joined, parted
+from ..contact import ContactState, ContactSystem, LoadCycle, bar_of, checked_round, friction_coefficients, joined, parted
 from ..contact.checks import Array, finite_number, flag, frozen, per_node, warns_of_odd_values
 from ..contact.diagnosis import in_contact
 from ..contact.result import Plotted, Recorded, SolveRecord
@@ -126,10 +126,10 @@ def wear(
     """Follow a contact while it wears, in jumps of many load cycles from one steady state to the next.
 
     In each steady cycle node i loses the depth `coefficient / width_i` times the integral of `p_i |dv_i|` (Archard), which is its work of friction
-    over its coefficient of friction. Depths add to the gap. The bodies stay elastic and their stiffness stays, so depths must be small beside the
-    contact. A jump is a step of a Rosenbrock method of second order, linearly implicit: pressure that wears off slows wear down within the jump. Its
-    length follows from an estimate of its error. After each jump the transient goes on from the state before it, while the wear is taken off, to the
-    next steady state, which is judged as every other. Theory, eq. (29).
+    over its coefficient of friction; a surface that shears off at its strength wears by that work too. Depths add to the gap. The bodies stay elastic
+    and their stiffness stays, so depths must be small beside the contact. A jump is a step of a Rosenbrock method of second order, linearly implicit:
+    pressure that wears off slows wear down within the jump. Its length follows from an estimate of its error. After each jump the transient goes on
+    from the state before it, while the wear is taken off, to the next steady state, which is judged as every other. Theory, eq. (29).
 
     Without `cycles` the history ends when the contact is worn in: when it slips no more, or its work of friction per cycle is a thousandth of the
     largest. It also ends where wear goes on at rates that never change, because it changes no pressure any more.
@@ -176,7 +176,7 @@ def wear(
     >>> history.worn_in, f"{history.cycles[-1]:.1e} cycles, {1e3 * history.depth[-1].max():.2f} micrometres"
     (True, '2.2e+06 cycles, 0.61 micrometres')
     """
-    per_work = _per_work(checked_system(system), friction, coefficient)
+    per_work = _per_work(checked_round(system, "the depth needs ways along it as they are"), friction, coefficient)
     most = np.inf if cycles is None else finite_number("cycles", cycles, least=1.0)
     tolerance = finite_number("tolerance", tolerance, above=0.0)
     begun = initial_state

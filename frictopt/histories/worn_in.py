@@ -146,6 +146,7 @@ def _similar(system: ContactSystem, friction: ArrayLike) -> float:
     """The one coefficient of friction of an uncoupled contact whose tangential stiffness is its normal one times a number."""
     f, A, B, C = friction_coefficients(friction, system.nodes), system.A, system.B, system.C
     _need(f.min() == f.max() > 0, f"friction: from {f.min():g} to {f.max():g}")
+    _need(not (system.capped or system.orthotropic), "system: it has a shear strength, or orthotropic friction")
     _need(np.abs(B).max() <= CONDENSATION * np.abs(A).max(), "system: it is coupled, slip changes its pressures")
     similar = np.kron(np.eye(system.tangents), C) * np.trace(A) / (system.tangents * np.trace(C) or 1.0)
     _need(_near(A, similar), "system: its tangential stiffness is not its normal one times a number, as that of similar half-planes is")

@@ -15,13 +15,14 @@ import pandas as pd
 
 from ..contact import ContactState, ContactSystem, LoadCycle, Plotted, Recorded, SolveRecord, components, frame, joined, lengths, parted, places
 from ..contact.checks import Array, Booleans, Integers, frozen
+from ..contact.coulomb import most_shear
 from ..contact.diagnosis import counted
 from ..contact.tolerances import RESIDUAL
 from ..solve.problem import Duals, Explained, duals
 from .question import Question
 
 _BARE = 10 * RESIDUAL  # share of the mean friction bound below which a node carries nothing, and its traction ratio is rounding
-_OF_CORNER = re.compile(r"(?:q|p|gap|stuck|pressed|apart)(?:_\d+)?\[(\d+)\]")  # how rows of a corner are called
+_OF_CORNER = re.compile(r"(?:q|p|gap|stuck|strength|pressed|apart)(?:_\d+)?\[(\d+)\]")  # how rows of a corner are called
 _SHARE = RESIDUAL  # parts of a mechanism below this share of it are left out of its table: they have the error of the answer
 
 
@@ -35,7 +36,8 @@ class Mechanism:
     Attributes
     ----------
     moves
-        (K, t + 1, N) slips along the tangents, in any one unit, and lifts, at least friction times the slip; more where the node opens without slip.
+        (K, t + 1, N) slips along the tangents, in any one unit, and lifts, at least friction times the slip; more where the node opens
+        without slip, less where the surface shears off.
     friction, open
         (N,) coefficients of friction; nodes that are open and follow the others without force, None where none is.
     hold
@@ -188,10 +190,13 @@ class Answered(Recorded, Plotted):
 
     @property
     def traction_ratios(self) -> Array:
-        """(K, N) ratios `|q| / (f p)` at the corners under the slip; NaN where the pressure or the friction vanishes, or without a slip."""
+        """(K, N) ratios `|q| / (f p)` at the corners under the slip; NaN where the pressure or the friction vanishes, or without a slip.
+
+        Where the surface has a shear strength below f p, the ratio is that to it.
+        """
         (q, p), f = self.reactions, self.friction
-        pressed = f * p > _BARE * self._task.mean_bound
-        return np.where(pressed, lengths(q, p) / np.where(pressed, f * p, 1.0), np.nan)
+        pressed, bound = f * p > _BARE * self._task.mean_bound, most_shear(self.system, f, p)
+        return np.where(pressed, lengths(q, p) / np.where(pressed, bound, 1.0), np.nan)
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, its place, its slip, and whether it is open where one is."""
@@ -217,14 +222,15 @@ class Proven(Answered, Explained):
         """Multipliers of the rows of `problem`, in its units: columns row (its label), corner, node, component, multiplier.
 
         Of rows `q[k] == ...` and `p[k] == ...` they are slips and lifts of the mechanism, over force for a load factor; of `stuck[k]` sizes of these
-        slips. A row without a label is named by its left side, or its right side if the left is constant. In your own rows, node is the first index
-        of an entry and component the others. Empty without a program.
+        slips, of `strength[k]` of those in which the surface shears off. A row without a label is named by its left side, or its right side if the
+        left is constant. In your own rows, node is the first index of an entry and component the others. Empty without a program.
         """
         tables = [pd.DataFrame(columns=["row", "corner", "node", "component", "multiplier"])] * (not self._duals)
         for name, dual in self._duals:
             corner = int(found.group(1)) if (found := _OF_CORNER.fullmatch(name)) else -1
             values = dual.reshape(len(dual), int(np.prod(dual.shape[1:])))
             node, component = (part.ravel() for part in np.indices(values.shape))
+            node = np.flatnonzero(np.isfinite(self.system.shear_strength))[node] if name.startswith("strength[") else node
             tables.append(pd.DataFrame({"row": name, "corner": corner, "node": node, "component": component, "multiplier": values.ravel()}))
         return pd.concat(tables, ignore_index=True)
 

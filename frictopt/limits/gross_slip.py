@@ -20,6 +20,7 @@ from ..contact import (
     flag,
     frozen,
     listed,
+    most_shear,
     reactions,
     shown,
     warns_of_odd_values,
@@ -38,10 +39,10 @@ from .question import Question, pose
 def gross_slip(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts: Iterable[str] | None = None, *, progress: bool = True) -> GrossSlip:
     """The load factor above which no state of rest exists, from no start, whatever slips and opens: bodies slide off, turn over or lift off.
 
-    By statics: on all that the contact alone holds, forces within friction, `|q| <= f p`, have to balance the loads at each corner. Stiffness, gaps
-    and residual slips do not matter, so the answer settles with the mesh. It is inf where supports hold the bodies; of a body that they guide along
-    its face, ask `shakedown_limit`. A contact may slip for ever far below it, and wedged bodies may slide off below it too: Coulomb's law does not
-    choose forces as statics does. Theory, eq. (33).
+    By statics: on all that the contact alone holds, forces within friction, `|q| <= f p`, and within the shear strength of the surface have to
+    balance the loads at each corner. Stiffness, gaps and residual slips do not matter, so the answer settles with the mesh. It is inf where supports
+    hold the bodies; of a body that they guide along its face, ask `shakedown_limit`. A contact may slip for ever far below it, and wedged bodies may
+    slide off below it too: Coulomb's law does not choose forces as statics does. Theory, eq. (33).
 
     Parameters
     ----------
@@ -80,7 +81,7 @@ def gross_slip(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts:
 
 def _of_corners(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts: Iterable[str] | None) -> GrossSlip:
     """The answer, of what each corner allows."""
-    task, only = pose(system, cycle, friction), ""
+    task, only = pose(system, cycle, friction, strong=True), ""
     if contacts is not None:
         names, among = _checked(system, contacts)
         task, only = replace(task, friction=frozen(task.friction * among)), f"with friction at {', '.join(names)} alone, "
@@ -99,7 +100,7 @@ def _of_corners(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts
     lower = list[_Answer]()
     for k in corners:  # without fixed parts none is at 0 if the first one is
         *q, p = r0[k].reshape(-1, system.nodes)
-        rests = (np.linalg.norm(q, axis=0) <= task.friction * p).all()  # the closed contact, at load factor 0
+        rests = (np.linalg.norm(q, axis=0) <= most_shear(system, task.friction, p)).all()  # the closed contact, at load factor 0
         if not rests and (task.fixed or not lower or lower[0].value > 0):
             lower.append(_statics(task, N, k, r0[k], r1[k], cp.Minimize))
     first = max(lower, key=lambda answer: answer.value, default=held)
@@ -141,7 +142,8 @@ def _statics(task: Question, N: Array, k: int, r0: Array, r1: Array, sense: Any)
     held, drives = (float(size) if (size := np.linalg.norm(N.T @ r)) > CONDENSATION * np.linalg.norm(r) else 0.0 for r in (r0, r1))
     load = {f"r0{f'[{k}]' * task.fixed}": r0, f"r1[{k}]": r1 if drives else np.zeros_like(r1)}
     unit, n = (held or drives) / drives if drives else 1.0, task.system.nodes
-    rows = models.gross_slip(N, load, cp.Parameter(n, nonneg=True, name="f", value=task.friction), task.system.slip_shape, sense)
+    f, strength = cp.Parameter(n, nonneg=True, name="f", value=task.friction), task.system.shear_strength
+    rows = models.gross_slip(N, load, f, strength, task.system.slip_shape, sense)
     problem = Problem(rows.objective, rows.constraints)
     load_factor, q, p = (next(each for each in problem.variables() if each.name() == name) for name in ("load_factor", "q", "p"))
     chain = Chain(problem, {load_factor: unit, q: task.node_unit.reshape(n, *[1] * (q.ndim - 1)), p: task.node_unit}, unit=unit)
@@ -154,7 +156,7 @@ def _statics(task: Question, N: Array, k: int, r0: Array, r1: Array, sense: Any)
         S, phi = task.system.S, N @ problem.constraints[0].dual_value
         phi = phi / (float(np.linalg.norm(phi.reshape(-1, n), axis=0).max()) or np.nan)
         *v, w = phi.reshape(-1, n)
-        lack = float((task.friction * np.linalg.norm(v, axis=0) - w).max())
+        lack = float(np.where(strength < np.inf, -w, task.friction * np.linalg.norm(v, axis=0) - w).max())  # what is strained off need not rise
         strain = float(np.abs(S @ phi).max()) / (float(np.diag(S).max()) or 1.0)
         worst = float(np.nan_to_num(np.max([residual, lack, strain]), nan=np.inf))
         return _Answer(k, value, bound, phi, SolveRecord(residual=worst), problem)

@@ -77,7 +77,8 @@ class GrossSlip(Explained):
 def motion_table(system: ContactSystem, phi: Array) -> pd.DataFrame:
     """See `GrossSlip.motion`; phi (t + 1, N) has the size 1."""
     names = np.zeros(system.nodes) if system.contact is None else np.asarray(system.contact)
-    moves = np.einsum("an,nak->nk", phi, system.frames)
+    back = phi / np.vstack([system.stretch.reshape(system.nodes, -1).T, np.ones(system.nodes)])
+    moves = np.einsum("an,nak->nk", back, system.frames)
     rows, moving = list[dict[str, Any]](), np.abs(phi).max(axis=0) > _MOVES
     for name in dict.fromkeys(names[moving].tolist()):
         own = moving & (names == name)

@@ -3,7 +3,7 @@
 A contact rests through a load cycle if one residual slip keeps every node closed, and stuck at every corner k of the cycle (theory, eq. (7))::
 
     q_r = A slip        q_k = q0 + load_factor q1_k + q_r
-    p_r = B slip        p_k = p0 + load_factor p1_k + p_r        |q_k| <= f p_k
+    p_r = B slip        p_k = p0 + load_factor p1_k + p_r        |q_k| <= f p_k, and |q_k| <= c where the surface has a shear strength
 
 Of nodes that stay open, A, B and the loads are those of the closed ones alone, and their gaps stay `w0 + load_factor w1_k + W slip >= 0`. `rest`
 lists the rows without friction, `stuck` those of friction; each question below is one goal over them. Slip and q are (N,), in space
@@ -101,6 +101,13 @@ def stuck(x: Unknowns, f: cp.Parameter, corners: Iterable[int], little: bool = F
     return rows + [(gap >= 0).set_label(f"apart[{k}]") for k, gap in x.gap.items()]
 
 
+def strong(q: cp.Variable, c: Any, label: str) -> list[Row]:
+    """The shear strength c (N,) of the surface, at the nodes that have one: it is inf at others."""
+    has = [node for node, most in enumerate(c) if most < float("inf")]
+    some = called(size(q)[has], f"{size(q).name()}[strong]") if len(has) < len(c) else size(q)
+    return [(some <= named(c[has], "c")).set_label(label)] if has else []
+
+
 def events(x: Unknowns, touching: Mapping[int, Sequence[int]]) -> list[Row]:
     """Nodes that just touch at an event m carry nothing there."""
     return [(part[m][nodes] == 0).set_label(f"event[{m}]") for m, nodes in touching.items() for part in (x.q, x.p)]
@@ -166,10 +173,14 @@ def critical(x: Unknowns, node: cp.Parameter, at_zero: cp.Parameter, rate: cp.Pa
     return cp.Problem(sense(x.load_factor), [*rows, *states, (x.load_factor >= 0).set_label("load_factor")])
 
 
-def gross_slip(N: Any, load: Mapping[str, Any], f: cp.Parameter, shape: tuple[int, ...], sense: Any = cp.Maximize) -> cp.Problem:
-    """The largest (least) load factor at which any forces within friction balance a load, named r0 and r1, in the rigid motions N of the bodies."""
+def gross_slip(N: Any, load: Mapping[str, Any], f: cp.Parameter, c: Any, shape: tuple[int, ...], sense: Any = cp.Maximize) -> cp.Problem:
+    """The largest (least) load factor at which any forces within friction balance a load, named r0 and r1, in the rigid motions N of the bodies.
+
+    The strength of the surface is c.
+    """
     load_factor, q, p = cp.Variable(name="load_factor"), cp.Variable(shape, name="q"), cp.Variable(shape[0], name="p")
     motions, (r0, r1) = named(N.T, "N.T"), (named(value, name) for name, value in load.items())
     balance = motions @ called(cp.hstack([vec(q), p]), "[q, p]") == motions @ (r0 + times(load_factor, r1))
-    rows = [balance.set_label("balance"), (size(q) <= cp.multiply(f, p)).set_label("stuck"), (p >= 0).set_label("pressed")]
+    rows = [balance.set_label("balance"), (size(q) <= cp.multiply(f, p)).set_label("stuck"), *strong(q, c, "strength")]
+    rows += [(p >= 0).set_label("pressed")]
     return cp.Problem(sense(load_factor), [*rows, (load_factor >= 0).set_label("load_factor")])

@@ -157,6 +157,7 @@ def check_events(events: object, task: Question, given: bool) -> None:
         "the load cycle has not two corners, between which it goes to and fro": len(task.cycle.corners) != 2,
         "its corners differ at load factor 0 (fixed)": task.fixed,
         "the slip is bounded": task.most is not None,
+        "the surface has a shear strength": task.system.capped,
         "open, constraints and objectives are about nodes that stay as they are": given,
     }
     wanted = flag("events", events)

@@ -18,7 +18,7 @@ from ..solve.chain import Chain
 from ..solve.compiled import Change, by_inverse, unresisted
 from ..solve.problem import Problem, dual_of
 from .answered import Mechanism
-from .models import More, Row, Unknowns, named, rest, stuck, unknowns, within
+from .models import More, Row, Unknowns, named, rest, strong, stuck, unknowns, within
 from .question import Question
 
 _INSIDE = ROUNDING  # spread of corners along an axis, over the largest, that counts as none
@@ -177,6 +177,7 @@ def listed_rows(
     x = replace(x)  # each listing has gaps of its own
     rows = rest(task, x, corners, more)
     rows += stuck(x, f, corners, task.little) if friction is None else friction(x, corners)
+    rows += [row for k in corners for row in strong(x.q[k], task.system.shear_strength, f"strength[{k}]")]
     rows += within(x, named(task.most, "slip_bound")) if task.most is not None else []
     f.value = task.friction
     return Program(task, x, f, corners, rows)

@@ -17,6 +17,7 @@ from ..contact import (
     LoadCycle,
     checked_cycle,
     checked_system,
+    checked_uncapped,
     friction_coefficients,
     lengths,
     off_law,
@@ -258,12 +259,15 @@ class Question:
         return float(np.nan_to_num(max(off.max(), self.beyond(slip)), nan=np.inf))
 
 
-def pose(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, simplify: bool = True, slip_bound: Any = None) -> Question:
+def pose(
+    system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, simplify: bool = True, slip_bound: Any = None, strong: bool = False
+) -> Question:
     """Check a limit problem and pose it with all nodes closed; `slip_bound` is one largest slip, or one per node, None for no bound.
 
-    Refused: wrong types, unknown load cases, bad friction, a bad slip bound, a mean load whose shear hides its pressure.
+    Refused: wrong types, unknown load cases, bad friction, a bad slip bound, a mean load whose shear hides its pressure; and a shear strength unless
+    the question is `strong`, which knows it.
     """
-    nodes = checked_system(system).nodes
+    nodes = (checked_system(system) if strong else checked_uncapped(system, "this question")).nodes
     checked_cycle(cycle)
     bounds = "it bounds the size of the slip, give a length >= 0, or None for no bound"
     most = None if slip_bound is None else per_node("slip_bound", slip_bound, nodes, bounds)

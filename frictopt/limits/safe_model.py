@@ -42,6 +42,7 @@ class SafeModel:
     """
 
     _given = False  # whether the load factor is
+    _strong = False  # whether its questions know the shear strength of a surface
     _made: Any
     __signature__: Signature
     load_factor: Any
@@ -56,8 +57,9 @@ class SafeModel:
     def __init__(
         self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: ArrayLike | None = None, simplify: bool = True, solver: str | None = None
     ) -> None:
-        self._asked, self._solver = pose(system, cycle, 1.0, simplify=simplify, slip_bound=slip_bound), solver
-        self._posed = partial(pose, system, cycle, simplify=simplify, slip_bound=self._asked.most)  # by its friction
+        self._asked = pose(system, cycle, 1.0, simplify=simplify, slip_bound=slip_bound, strong=self._strong)
+        self._solver = solver
+        self._posed = partial(pose, system, cycle, simplify=simplify, slip_bound=self._asked.most, strong=self._strong)  # by its friction
         self._turn = RLock()
         solver_order(solver, LP if system.tangents == 1 else SOCP)
         given = cp.Parameter(nonneg=True, name="load_factor") if self._given else None

@@ -60,6 +60,8 @@ class ShakedownModel(SafeModel):
     0.502381
     """
 
+    _strong = True
+
     @warns_of_odd_values
     @in_turn
     def solve(

@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..contact import RESIDUAL, Array, lengths
+from ..contact import RESIDUAL, Array, lengths, most_shear
 from ..limits import Design, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, ShakedownLimit
 from ..transients import Onset
 from .face import face_map, panels_of, together
@@ -36,12 +36,13 @@ def _ratios(
 
     Where the bound is zero but for rounding, no ratio is drawn. In space maps of the corner `at`, with the circles of all, and the slip as arrows.
     """
-    system, bound = found.system, found.friction * p
-    slip, opened = (None, None) if isinstance(found, Onset) else (found.slip, found.open)
+    system = found.system
+    bound, of = most_shear(system, found.friction, p), r"\min(f p, c)" if system.capped else "(f p)"
+    slip, opened = (None, None) if isinstance(found, Onset) else (found.slip / system.stretch, found.open)
     if system.tangents == 2:
         ratio = ratios(lengths(q[at], p[at]), bound[at])
         largest = float(np.nanmax(ratio, initial=0.0))
-        most, name = largest if largest > 1.0 + RESIDUAL else 1.0, rf"$|q| / (f p)$ at {names[at]}"
+        most, name = largest if largest > 1.0 + RESIDUAL else 1.0, rf"$|q| / {of}$ at {names[at]}"
         areas = np.zeros(system.nodes)
         for nodes, _, area in circles.values():
             np.add.at(areas, np.ravel(nodes), area)
@@ -49,6 +50,7 @@ def _ratios(
         return face_map(panels, system, ratio, name, most=most, slip=slip, slip_name="residual slip", opened=opened, circled=circled)
     (axes,), ratio, label = panels, ratios(q, bound), what or None
     friction_bounds(axes)
+    axes.set_ylabel(rf"$q / {of}$")
     ruling = sorted(circles, key=lambda corner: -float(np.sum(circles[corner][2]))) or [at]
     for corner, look in lines_or_band(axes, system, ratio, names, ruling).items():
         if corner in circles:
@@ -81,7 +83,7 @@ def _onset(onset: Onset, ax: Axes | AxesArray | None = None) -> Axes | AxesArray
     shown = range(len(events)) if len(events) <= len(SERIES) else [at]
     circles: Circles = {number: (events[number].node, events[number].sense, _ONE_NODE) for number in shown}
     if onset.system.tangents == 2:
-        shear, bound = lengths(q, p)[at], onset.friction * p[at]
+        shear, bound = lengths(q, p)[at], most_shear(onset.system, onset.friction, p[at])
         zero = RESIDUAL * np.abs(bound).max()
         slips = (shear - bound >= -zero) & (np.maximum(shear, -bound) > zero)  # a node that carries nothing does not slip
         circles = {at: ([onset.slip.node, *np.flatnonzero(slips)], None, _ONE_NODE)}

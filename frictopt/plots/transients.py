@@ -72,7 +72,7 @@ def _trajectory(path: Trajectory, ax: AxesArray | None = None) -> AxesArray:
     *sides, below = panels = new_axes(ax, tangents + 1, (6.4, 6.4 if tangents == 1 else 8.4), common_x=False)
     per_depth = " per depth" if tangents == 1 else ""
     names = [node_at(path.system, node) for node in nodes]
-    slip, q = (values.reshape(*path.gap.shape, tangents)[:, nodes] for values in (path.slip, path.q))
+    slip, q = (values.reshape(*path.gap.shape, tangents)[:, nodes] for values in (path.slip / path.system.stretch, path.q * path.system.stretch))
     for axis, axes in enumerate(sides):
         number = f"_{axis + 1}" if tangents == 2 else ""
         for node, name in enumerate(names):

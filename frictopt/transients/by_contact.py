@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..contact import CONDENSATION, SIMULTANEOUS, Array, Booleans, Table, frame
+from ..contact import CONDENSATION, SIMULTANEOUS, Array, Booleans, Table, frame, most_shear
 from ..errors import ModelError
 from .fretting import axes_of, slip_ways
 from .trajectory import Trajectory
@@ -27,8 +27,8 @@ def contact_table(states: Trajectory, slipping: Booleans, opened: Booleans, work
     ends = states.time[-1] - np.arange(len(corners))[::-1]  # of a period of two cycles the last one
     for corner, row in enumerate(np.searchsorted(states.time, ends + SIMULTANEOUS) - 1):
         columns[f"P_{corner}"] = member @ states.p[row]
-        columns[f"Q_{corner}"] = _shear(member, system.frames, axes_of(states.q)[row])
-        columns[f"fP_{corner}"] = member @ (states.friction * states.p[row])
+        columns[f"Q_{corner}"] = _shear(member, system.frames, axes_of(states.q * system.stretch)[row])
+        columns[f"fP_{corner}"] = member @ most_shear(system, states.friction, states.p[row])
     table = frame(columns, units=system.units)
     table.attrs["corners"] = list(corners)
     table.attrs["note"] = "shares are of the nodes: the system has no width" if system.width is None else "shares are of the area"

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..contact import LEVEL, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAME_STATE, Array, Outcome
+from ..contact import LEVEL, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAME_STATE, Array, Outcome, most_shear
 from .begin import Cycle, Transient
 
 LEAST = 4
@@ -63,7 +63,7 @@ def _at_rest(path: Transient, cycle: Cycle) -> Cycle | None:
         return None
     r = loads + path.system.S @ u
     q, p = np.linalg.norm(r.reshape(len(r), -1, n)[:, :-1], axis=1), r[:, -n:]
-    if not (np.minimum(path.friction * p - q, p) >= -_SAFE * path.scales.mean).all():
+    if not (np.minimum(most_shear(path.system, path.friction, p) - q, p) >= -_SAFE * path.scales.mean).all():
         return None
     none = np.zeros(n)
     return replace(cycle, change=0.0, work=none, slid=none, bonded=loads, u=np.tile(u, (len(r), 1)), r=r, previous=None)
@@ -79,8 +79,9 @@ def _slips(path: Transient, cycle: Cycle, earlier: Cycle | None) -> bool | None:
     if not cycle.work.any():
         return False
     (mean, force, length), n, work = path.scales, path.nodes, cycle.work
-    pressure, unit = cycle.r[:, -n:].max(axis=0), length * np.minimum(1.0, path.friction)
-    pressure, far = np.where(pressure > _LITTLE * mean, pressure, mean), float(np.abs(cycle.after).max())  # slips lose digits to their own size
+    pressure, far = cycle.r[:, -n:].max(axis=0), float(np.abs(cycle.after).max())  # slips lose digits to their own size
+    pressure = np.where(pressure > _LITTLE * mean, pressure, mean)
+    unit = length * np.minimum(1.0, most_shear(path.system, path.friction, pressure) / pressure)
     if np.any(work > max(RESIDUAL, ROUNDING * far) * np.minimum(pressure, force) * unit):
         return True
     in_doubt = work > RESIDUAL * np.minimum(pressure, mean) * (mean / force) * unit

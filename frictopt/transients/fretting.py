@@ -19,19 +19,19 @@ _STEP, _FINER, _ROUNDS = 5.0, 0.4, 10  # degrees of the first steps about them, 
 
 def fretting_table(states: Trajectory, work: Array, stress: ArrayLike | None, strain: ArrayLike | None) -> Table:
     """The table of a steady cycle with so much work of friction at each node, (N,), see `SteadyState.fretting_table`."""
-    system = states.system
+    system, q = states.system, states.q * states.system.stretch
     width, names, unit = (system.width, ("tau", "pressure"), "") if system.width is not None else (np.ones(system.nodes), ("q", "p"), "_force")
     way = slip_ways(states)
     slip = np.linalg.norm(way, axis=-1)
     columns: dict[str, ArrayLike] = {"node": np.arange(system.nodes), **named_places(system), "slip_range": slip}
-    for name, values in zip(names, (states.q, states.p), strict=True):
+    for name, values in zip(names, (q, states.p), strict=True):
         part = axes_of(values) / width[:, None]
         columns[f"{name}_amplitude"] = np.linalg.norm(furthest(part), axis=-1) / 2
         columns |= components(f"{name}_mean", ((part.max(axis=0) + part.min(axis=0)) / 2).reshape(values.shape[1:]))
     columns["work"], columns["share"] = work, work / (work.sum() or 1.0)
     if system.width is not None:
         columns["work_density"] = work / width
-    columns[f"F1{unit}"] = first = np.linalg.norm(axes_of(states.q), axis=-1).max(axis=0) / width * slip
+    columns[f"F1{unit}"] = first = np.linalg.norm(axes_of(q), axis=-1).max(axis=0) / width * slip
     if (stress is None) != (strain is None):
         raise ModelError("stress, strain: one of them alone; give both, as BodyFields.at_contact does, or none")
     if stress is not None:
@@ -57,7 +57,7 @@ def axes_of(values: Array) -> Array:
 
 def slip_ways(states: Trajectory) -> Array:
     """(N, t) difference of those two slips of each node, while it is closed, that are furthest apart."""
-    return furthest(np.where((states.gap <= 0)[..., None], axes_of(states.slip), np.nan))
+    return furthest(np.where((states.gap <= 0)[..., None], axes_of(states.slip / states.system.stretch), np.nan))
 
 
 def with_worst_planes(table: Table, fields: object, side: int, weights: Mapping[str, float]) -> Table:

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contact import RESIDUAL, ROUNDING, ContactState, ContactSystem, LoadCycle, bar_of, checked_system, parted
+from ..contact import RESIDUAL, ROUNDING, ContactState, ContactSystem, LoadCycle, bar_of, checked_system, checked_uncapped, parted
 from ..contact.checks import Array, Booleans, choice, flag, frozen, warns_of_odd_values, whole_number
 from ..errors import ModelError, NoContinuation, SolverError
 from .begin import OPEN
@@ -151,13 +151,15 @@ def amplitudes_at(system: ContactSystem, cycle: LoadCycle, load_factor: float, t
 def path_of(system: ContactSystem, *asked: Any, steps: int | None = None, engine: object = None) -> ExactPath | SteppedPath:
     """A `Transient` that has not begun, of a system and what else `Transient` asks for; `steps` and `engine` as in `march`."""
     plane = checked_system(system).tangents == 1
-    way = "path" if plane and steps is None else "newton"
+    way = "path" if plane and steps is None and not system.capped else "newton"
     way = way if engine is None else str(choice("engine", engine, ("path", *ENGINES)))
     if way in ("path", "milp") and not plane:
         raise ModelError(
             f"engine: {way!r}; it needs a law of straight lines, and the friction circle is curved: choose 'newton' or 'qp', and see `step_error` "
             "for what the increments leave"
         )
+    if way in ("path", "milp"):
+        checked_uncapped(system, f"engine {way!r}")
     if way == "path" and steps is not None:
         raise ModelError(f"steps: {steps}; the exact path has none, leave it out or choose an engine of increments: {', '.join(ENGINES)}")
     return ExactPath(system, *asked) if way == "path" else SteppedPath(way, steps, system, *asked)

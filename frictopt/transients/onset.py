@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from html import escape
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle, bar_of, checked_cycle, checked_system, friction_coefficients, lengths, reactions
 from ..contact.checks import Array, flag, warns_of_odd_values
-from ..contact.coulomb import reach
+from ..contact.coulomb import most_shear, reach
 from ..contact.parts import joined, parted
 from ..contact.result import Kept, Plotted, Table, frame
 from ..contact.tolerances import CONDENSATION, RESIDUAL, ROUNDING, SIMULTANEOUS
@@ -162,7 +162,13 @@ def onset_from(system: ContactSystem, cycle: LoadCycle, friction: Array, state: 
     beginnings = (np.broadcast_to(part, one.shape) for part, one in zip(parts[:3], corners, strict=True))
     for corner, (q, p, w, q1, p1, w1) in enumerate(zip(*beginnings, *corners, strict=True)):
         called = corner, cycle.corner_names[corner]
-        events[0].append(_first_slip(called, system, (q, f * p), (q1, f * p1), floor))
+        slip = _first_slip(called, system.stretch, (q, f * p), (q1, f * p1), floor)
+        if system.capped:
+            has = np.flatnonzero(np.isfinite(system.shear_strength))
+            bounds = system.shear_strength[has], np.zeros(len(has))
+            off = _first_slip(called, system.stretch[has], (q[has], bounds[0]), (q1[has], bounds[1]), floor)
+            slip = slip if off.node is None or off.load_factor >= slip.load_factor else replace(off, node=int(has[off.node]))
+        events[0].append(slip)
         events[1].append(OnsetEvent(*called, "separation", *_least(_reach_zero(p, p1, floor)), still))
         if state is not None and state.open.any():
             events[2].append(OnsetEvent(*called, "touch", *_least(_reach_zero(w, w1, floor / system.stiffness_scale)), still))
@@ -171,9 +177,9 @@ def onset_from(system: ContactSystem, cycle: LoadCycle, friction: Array, state: 
         unit = max(lam, 1.0)  # the load itself may be too large for a number
         q, p = q / unit + lam / unit * q1, p / unit + lam / unit * p1
         largest = float(max(np.abs(q).max(), np.abs(p).max(), (f * np.abs(p)).max())) or 1.0
-        residual = max(residual, float(max((lengths(q, p) - f * p).max(), -p.min())) / largest)
+        residual = max(residual, float(max((lengths(q, p) - most_shear(system, f, p)).max(), -p.min())) / largest)
     mean_q, mean_p = cycle.unscaled_reactions(system)
-    small, slack = ROUNDING * float(np.abs(mean_p).mean()), (f * mean_p - lengths(mean_q, mean_p)).min(axis=0)
+    small, slack = ROUNDING * float(np.abs(mean_p).mean()), (most_shear(system, f, mean_p) - lengths(mean_q, mean_p)).min(axis=0)
     slipping, opening = (tuple(np.flatnonzero(least < -small).tolist()) for least in (slack, mean_p.min(axis=0)))
     slips, separations, touches = map(tuple, events)
     return Onset(slips, separations, slipping, opening, residual, system, cycle, f, touches, state, (q0, p0, *corners[:2]))
@@ -203,17 +209,17 @@ def _rates(system: ContactSystem, cycle: LoadCycle, state: ContactState | None) 
     return tuple(found)
 
 
-def _first_slip(called: tuple[int, str], system: ContactSystem, mean: tuple[Array, Array], rate: tuple[Array, Array], floor: float) -> OnsetEvent:
+def _first_slip(called: tuple[int, str], stretch: Array, mean: tuple[Array, Array], rate: tuple[Array, Array], floor: float) -> OnsetEvent:
     """First load factor at which a shear force reaches its bound; `mean` and `rate` are shear forces and bounds."""
     (q0, g0), (q1, g1) = mean, rate
     slack = g0 - lengths(q0, g0)
-    if system.tangents == 1:
+    if stretch.ndim == 1:
         both = _reach_zero(np.array([g0 + q0, g0 - q0]), np.array([g1 + q1, g1 - q1]), floor)
         load_factor, node = _least(both.min(axis=0))
         forward = node is not None and both[0, node] <= load_factor * (1 + SIMULTANEOUS)
         return OnsetEvent(*called, "slip", load_factor, node, 0 if node is None else 1 if forward else -1)
     load_factor, node = _least(np.where(slack < -floor, 0.0, np.maximum(reach(q0, g0, q1, g1), 0.0)))
-    q = np.zeros(2) if node is None else q0[node] + load_factor * q1[node]
+    q = np.zeros(2) if node is None else (q0[node] + load_factor * q1[node]) / stretch[node]  # slips go back so
     size = float(np.linalg.norm(q))
     return OnsetEvent(*called, "slip", load_factor, node, (0.0 - float(q[0]) / size, 0.0 - float(q[1]) / size) if size > 0 else (0.0, 0.0))
 
@@ -241,7 +247,8 @@ def onset(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, progr
 
     Where the mean load would pull at nodes of the bonded contact, it is that of the contact once the mean load has settled, from no slip: closed
     nodes stick, open ones follow. The load at a corner is `mean + fixed + lam * corner`, see `LoadCycle`. Closed form, node by node: slip starts
-    where `|q| = f p`, against q (in space the root of a quadratic), separation where `p = 0`, touch where a gap is zero. Theory, eq. (6).
+    where `|q| = f p`, or where it is the shear strength, against q (in space the root of a quadratic), separation where `p = 0`, touch where a gap is
+    zero. Theory, eq. (6).
 
     Parameters
     ----------

@@ -177,7 +177,8 @@ class SteadyState(Recorded, Plotted):
             - work of friction per cycle; slip_range, the largest distance of two slips of a node while it is closed;
             - P_0, Q_0, fP_0, P_1 ..: forces at the corners 0, 1 .. of the cycle (of two, if the `period` is two, the last): P the sum of the normal
               forces, compression positive; Q the resultant of the shear forces, in the plane along the tangent, in space and where the tangents turn
-              its size; fP the sum of friction times normal force, the most that Q can be on a flat face.
+              its size; fP the sum of friction (along the first tangent) times normal force, or of shear strengths: on a flat face the most that
+              Q can be.
 
             `attrs["corners"]` has the names of the corners, `attrs["note"]` says what the shares are of.
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import Array, ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, joined, lengths
+from ..contact import Array, ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, joined, lengths, most_shear
 from ..contact.diagnosis import counted, in_contact, open_nodes, settled
 from ..contact.tolerances import CONDENSATION, COUNTS, RIGID, ROUNDING
 from ..errors import NoContinuation, SolverError
@@ -139,7 +139,8 @@ class Statics:
     def _sentence(self, name: str, load: Array, phi: Array) -> str:
         """What moves, where to, and the forces: those of the load and of friction in units of the mean slip."""
         n = self._system.nodes
-        phi, load = (values.reshape(-1, n) for values in (phi, load))
+        back = joined(self._system.stretch, np.ones(n))
+        phi, load = (phi / back).reshape(-1, n), (load * back).reshape(-1, n)
         sizes = np.linalg.norm(phi[:-1], axis=0)
         moves = np.abs(phi).max(axis=0) > COUNTS * np.abs(phi).max()
         where, mean = "" if moves.all() else f" at {counted(self._system, moves)}", float(sizes[moves].mean())
@@ -183,7 +184,7 @@ def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: Array
     floor, shear = CONDENSATION * float(np.abs(np.r_[glued_q.ravel(), glued_p]).mean()), lengths(q, p)
     if (p < -floor).any():
         return _opens(system, p, floor)
-    bare, smooth, beyond = np.abs(p) <= floor, (f == 0) & (shear > floor), shear > f * p + floor
+    bare, smooth, beyond = np.abs(p) <= floor, (f == 0) & (shear > floor), shear > most_shear(system, f, p) + floor
     texts = list[str]()
     if bare.any():
         texts.append(f"{_share(system, bare)} carry no pressure under the mean load if nothing slips")

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact import Array, Booleans, ContactSystem, whole_number
+from ..contact import Array, Booleans, ContactSystem, most_shear, whole_number
 from ..errors import ModelError, NoContinuation, SolverError
 from .begin import OPEN, STICK, Cycle, Transient
 from .statics import check_sliding, rigid_motions
@@ -76,7 +76,7 @@ class SteppedPath(Transient):
                 raise type(error)(f"{where}, increment {step} of {len(loads)}: {error}{hint}") from error
             before = self.state
             moved = np.sqrt(((u - before.u)[:-n].reshape(-1, n) ** 2).sum(axis=0)) * (status != OPEN)
-            bound = self.friction * (before.r + r)[-n:] / 2
+            bound = most_shear(self.system, self.friction, np.array([before.r, r])[:, -n:]).mean(axis=0)
             self.events += int((status != before.status).sum())
             self.state = Point(load, u, r, status, bound * moved, moved)
             points.append(self.state)
@@ -135,7 +135,7 @@ def doubts(system: ContactSystem, friction: Array, u: Array, r: Array) -> Doubts
     """
     n, gap = len(friction), u[:, -len(friction) :] + system.gap
     dv, r = np.diff(u[:, :-n], axis=0).reshape(len(u) - 1, -1, n), r.reshape(len(r), -1, n)
-    closed, q, bound = (r != 0).any(axis=1), r[:, :-1], friction * r[:, -1]  # an open node has no reactions
+    closed, q, bound = (r != 0).any(axis=1), r[:, :-1], most_shear(system, friction, r[:, -1])  # an open node has no reactions
     way, mean = np.linalg.norm(dv * closed[1:, None], axis=1), (bound[1:] + bound[:-1]) / 2
     lacking = mean * way + ((q[1:] + q[:-1]) / 2 * dv * closed[1:, None]).sum(axis=1)
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...contact import RESIDUAL, Array, Booleans, LoadCycle, checked_plane, off_law
+from ...contact import RESIDUAL, Array, Booleans, LoadCycle, checked_plane, checked_uncapped, off_law
 from ...contact.diagnosis import in_contact
 from ...contact.history import turning_points
 from ...errors import NoContinuation
@@ -49,7 +49,7 @@ class ExactPath(Transient):
     """
 
     def _begin(self, u: Array, r: Array, opened: Booleans) -> None:
-        checked_plane(self.system, "follow it by march or steady_state, in increments")
+        checked_uncapped(checked_plane(self.system, "follow it by march or steady_state, in increments"), "the exact path")
         compiled()
         nodes, self._S, self.unit = self.nodes, self.system.S, np.tile(self.scales.length, 2)
         self.turns = turning_corners(self.cycle, self.load_factor)

@@ -15,7 +15,7 @@ from ...contact import RESIDUAL, ROUNDING, STALLED, Array, ContactSystem, SolveR
 from ...errors import FrictoptError, SolverError
 from ..begin import OPEN
 from .increment import FrictionIncrement, Increment, Posed, force_scale
-from .newton import Factors, State, newton
+from .newton import Factors, Law, State, newton
 from .programs import FrozenBoundIncrement
 from .sweeps import increment
 
@@ -71,7 +71,7 @@ class NewtonIncrement(FrictionIncrement):
                 r = load + (self.system.S @ u if stress is None else stress)
                 force = force_scale(load[-n:], r)
                 length = force / self.system.stiffness_scale
-                state, r = self._swept(start / length, r / force)
+                state, r = self._swept(start / length, r / force, self.law_in(force))
                 if state.error <= ROUNDING:
                     u = np.concatenate([u[:-n] + length * state.u[:-n], length * state.u[-n:] - gap])
                     stress = force * r - load
@@ -108,7 +108,7 @@ class NewtonIncrement(FrictionIncrement):
 
     def _solved(self, posed: Posed) -> Increment:
         """From where sweeps end; else from no motion, by c of nodes and of directions; last by frozen bounds."""
-        state, _ = self._swept(np.zeros_like(posed.trial), posed.trial.copy())
+        state, _ = self._swept(np.zeros_like(posed.trial), posed.trial.copy(), posed.law)
         if state.error <= ROUNDING:
             return posed.result(state, SolveRecord("SWEEPS"), residual=state.error)
         found = self._by_newton(posed, state.u)
@@ -116,20 +116,20 @@ class NewtonIncrement(FrictionIncrement):
 
     def _by_newton(self, posed: Posed, start: Array, way: bytes = b"") -> Increment:
         start = start if np.isfinite(start).all() else np.zeros_like(start)
-        state = newton(self.law, posed.trial, start, factors=self._factors.pop(way, None))
+        state = newton(posed.law, posed.trial, start, factors=self._factors.pop(way, None))
         if way and state.factors and sum(kept.lu.nbytes for kept in (state.factors, *self._factors.values())) <= _MEMORY:
             self._factors[way] = state.factors
         return posed.result(state, _NEWTON)
 
-    def _swept(self, u: Array, r: Array) -> tuple[State, Array]:
+    def _swept(self, u: Array, r: Array, law: Law) -> tuple[State, Array]:
         """What sweeps make of motions u and reactions r, which they change; the reactions of the state are on the law, those beside it are exact."""
         forces, status = np.empty_like(r), np.empty(self.system.nodes, dtype=np.int8)
-        error = increment(self.law.S, self.law.friction, self.law.own, self.sizes, u, r, forces, status)
+        error = increment(law.S, law.friction, law.strength, law.own, self.sizes, u, r, forces, status)
         return State(u, forces, status, 0, error), r
 
     def _otherwise(self, posed: Posed, least: float) -> Increment:
         tangent = np.tile(self.own[:-1].mean(axis=0), (len(self.own) - 1, 1))
-        laws, still = (self.law, replace(self.law, own=np.vstack([tangent, self.own[-1]]))), np.zeros_like(posed.trial)
+        laws, still = (posed.law, replace(posed.law, own=np.vstack([tangent, self.own[-1]]))), np.zeros_like(posed.trial)
         for law, scale in product(laws, _SCALES):
             found = posed.result(newton(replace(law, own=scale * law.own), posed.trial, still), _NEWTON)
             if found.record.residual <= RESIDUAL:
@@ -167,7 +167,9 @@ class _Rest:
         self._carried = cho_solve(self._factor, between)
         S, none = system.S[np.ix_(self._in, self._in)] - between.T @ self._carried, {"none": np.zeros(len(self._in))}
         names = None if system.contact is None else system.contact[left]
-        rest = ContactSystem(S, system.points[left], none, gap=system.gap[left], frames=system.frames[left], contact=names)
+        rest = ContactSystem(
+            S, system.points[left], none, gap=system.gap[left], frames=system.frames[left], contact=names, shear_strength=system.shear_strength[left]
+        )
         self._increment = _Left(rest, whole.friction[left])
 
     def after(self, u: Array, load: Array, way: bytes) -> tuple[Array, Array, NDArray[np.int8]]:

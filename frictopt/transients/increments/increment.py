@@ -103,6 +103,7 @@ class Posed:
         self.force = force_scale(self.bonded[1], self.reactions)
         self.length = self.force / system.stiffness_scale
         self.trial = self.reactions / self.force
+        self.law = owner.law_in(self.force)
 
     def result(self, state: State, how: SolveRecord, residual: float | None = None) -> Increment:
         """The state in the caller's units, and how it was found, with what the referee says of it unless that is known."""
@@ -118,7 +119,7 @@ class Posed:
 
     def claim(self, u: Array, steps: int = 0) -> Increment:
         """What motions u say, dimensionless, after so many steps of Newton's method at most."""
-        return self.result(newton(self.owner.law, self.trial, u, steps), SolveRecord("NEWTON"))
+        return self.result(newton(self.law, self.trial, u, steps), SolveRecord("NEWTON"))
 
 
 class FrictionIncrement(ABC):
@@ -138,13 +139,18 @@ class FrictionIncrement(ABC):
         self.system, self.friction = checked_system(system), friction_coefficients(friction, system.nodes)
         self.own = (system.own_stiffness / system.stiffness_scale).reshape(-1, system.nodes)
         """(t + 1, N) dimensionless stiffness of each direction of each node."""
-        self.law = Law(system.S / system.stiffness_scale, self.friction, np.tile(self.own.max(axis=0), (len(self.own), 1)))
-        """The dimensionless law, with one c and d for all directions of a node."""
+        stiffness = np.tile(self.own.max(axis=0), (len(self.own), 1))
+        self.law = Law(system.S / system.stiffness_scale, self.friction, stiffness, system.shear_strength)
+        """The dimensionless law, with one c and d for all directions of a node, but for the strength of the surface, see `law_in`."""
         t, each = system.tangents, np.arange(system.nodes)
         blocks = self.law.S.reshape(t + 1, len(each), t + 1, len(each))[:t, each, :t, each]
         tangent = np.maximum(np.linalg.eigvalsh(blocks)[:, -1], self.own[:-1].max(axis=0))
         self.sizes = np.vstack([np.tile(tangent, (t, 1)), self.own[-1]])
         """(t + 1, N) stiffness of each node against itself, for its tangents the largest in any direction."""
+
+    def law_in(self, force: float) -> Law:
+        """The dimensionless law in a unit of force."""
+        return replace(self.law, strength=self.law.strength / force) if self.system.capped else self.law
 
     def solve(self, slip: ArrayLike, bonded: Sequence[ArrayLike]) -> Increment:
         """A state to which a slip can move under a load.

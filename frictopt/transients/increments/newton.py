@@ -4,8 +4,9 @@ With `[q, p] = trial + S u`, `u = [dv, w]` and any c, d > 0, the contact law is:
 
     p = max(p - c w, 0),     q = projection of (q - d dv) on |q| <= f max(p - c w, 0)
 
-It is piecewise smooth: nodes that are open have q = p = 0, closed ones w = 0, sticking ones dv = 0, and slipping ones `q = f p n` with n the
-direction of `q - d dv`. Newton's method takes the piece at hand. A node has one tangent in the plane and two in space.
+or on the shear strength of the surface where that is less. It is piecewise smooth: nodes that are open have q = p = 0, closed ones w = 0, sticking
+ones dv = 0, and slipping ones `q = f p n` (or the strength times n) with n the direction of `q - d dv`. Newton's method takes the piece at hand. A
+node has one tangent in the plane and two in space.
 """
 
 from dataclasses import dataclass
@@ -28,11 +29,19 @@ _GAIN = 0.25  # of the squared error by a step: where it falls by less, what is 
 
 @dataclass(frozen=True, eq=False)
 class Law:
-    """Stiffness (M, M) over its scale, friction (N,), and the d of the tangents and c of each node, (t + 1, N), of the size of its own stiffness."""
+    """Stiffness (M, M) over its scale, friction (N,), and the d of the tangents and c of each node, (t + 1, N), of the size of its own stiffness.
+
+    The shear strength (N,) is in the units of the forces.
+    """
 
     S: Array
     friction: Array
     own: Array
+    strength: Array
+
+    def bound(self, p: Array) -> Array:
+        """(N,) largest shear under normal forces."""
+        return np.minimum(self.friction * np.maximum(p, 0.0), self.strength)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +98,7 @@ def _on_law(law: Law, best: "_Piece", steps: int, factors: "Factors | None") -> 
     sense = -np.sign(best.unit[0]).astype(np.int8) if len(best.unit) == 1 else 1
     r = (best.r + law.S @ (u - best.u) if (u != best.u).any() else best.r).reshape(law.own.shape)
     r[:, best.status == OPEN] = 0.0
-    r[:-1] = np.where(best.status == SLIP, law.friction * r[-1] * best.unit, r[:-1])
+    r[:-1] = np.where(best.status == SLIP, law.bound(r[-1]) * best.unit, r[:-1])
     return State(u, r.ravel(), np.where(best.status == SLIP, sense, best.status).astype(np.int8), steps, best.error, factors)
 
 
@@ -134,7 +143,7 @@ def _piece(law: Law, trial: Array, u: Array) -> _Piece:
     (d, c), r = law.own[-2:], trial + law.S @ u
     (dv, w), (q, p) = ((values.reshape(law.own.shape)[:-1], values.reshape(law.own.shape)[-1]) for values in (u, r))
     pressed = p - c * w
-    radius = law.friction * np.maximum(pressed, 0.0)
+    radius = law.bound(pressed)
     pull = q - d * dv
     size = np.sqrt((pull**2).sum(axis=0))
     status = np.where(pressed <= 0, OPEN, np.where(size > radius, SLIP, STICK)).astype(np.int8)
@@ -160,7 +169,9 @@ def _step(law: Law, piece: _Piece) -> tuple[Array, Factors | None]:
     step[free] = 0.0
     if not len(free):
         return step, None
-    (d, c), f, unit, shrink = law.own[-2:, slip], law.friction[slip], piece.unit[:, slip], piece.shrink[slip]
+    (d, c), unit, shrink = law.own[-2:, slip], piece.unit[:, slip], piece.shrink[slip]
+    pressed = (piece.r[t * n :] - law.own[-1] * piece.u[t * n :])[slip]
+    f = np.where(law.friction[slip] * pressed < law.strength[slip], law.friction[slip], 0.0)  # the strength does not change with p
     m, ends = len(free), step != 0
     ends[t * n + slip] = False
     columns = np.concatenate([free, t * n + slip, np.flatnonzero(ends)])  # all others neither move nor did

@@ -17,7 +17,19 @@ import numpy as np
 from cvxpy.reductions.solution import Solution
 from numpy.typing import ArrayLike
 
-from ...contact import RESIDUAL, Array, Attempt, ContactSystem, SolveRecord, checked_plane, finite_number, joined, parted
+from ...contact import (
+    RESIDUAL,
+    Array,
+    Attempt,
+    ContactSystem,
+    SolveRecord,
+    checked_plane,
+    checked_uncapped,
+    finite_number,
+    joined,
+    most_shear,
+    parted,
+)
 from ...errors import NoContinuation, SolverError
 from ...solve.problem import Problem
 from ...solve.solvers import MILP, QP, SOCP, NoOptimum, solve
@@ -104,8 +116,8 @@ class FrozenBoundIncrement(_ByProgram):
         return frozen_bound(system)
 
     def _solved(self, posed: Posed) -> Increment:
-        law, n, attempts, kind = self.law, len(self.friction), list[Attempt](), QP if self.system.tangents == 1 else SOCP
-        bound = law.friction * np.maximum(posed.trial[-n:], 0.0)
+        law, n, attempts, kind = posed.law, len(self.friction), list[Attempt](), QP if self.system.tangents == 1 else SOCP
+        bound = law.bound(posed.trial[-n:])
         for sweep in range(1, _SWEEPS + 1):
             try:
                 found = self._found(posed, kind, bound=bound)
@@ -118,8 +130,8 @@ class FrozenBoundIncrement(_ByProgram):
             if found.residual <= RESIDUAL:
                 found = replace(found, steps=sweep, record=replace(found.record, attempts=tuple(attempts)))
                 u = joined(found.slip - posed.slip, found.gap)
-                return self._answer(posed, found, {"u": u}, bound=self.friction * np.maximum(found.p, 0.0))
-            step = law.friction * np.maximum((posed.trial + law.S @ self._motions())[-n:], 0.0) - bound
+                return self._answer(posed, found, {"u": u}, bound=most_shear(self.system, self.friction, found.p.clip(0.0)))
+            step = law.bound((posed.trial + law.S @ self._motions())[-n:]) - bound
             if np.abs(step).max() <= _SETTLED[kind]:
                 if kind == SOCP:
                     break
@@ -175,7 +187,7 @@ class ExactIncrement(_ByProgram):
 
     def __init__(self, system: ContactSystem, friction: ArrayLike, *, reach: float = 1e3) -> None:
         self._reach = finite_number("reach", reach, above=1.0)
-        super().__init__(checked_plane(system, "choose NewtonIncrement or FrozenBoundIncrement"), friction)
+        super().__init__(checked_uncapped(checked_plane(system, "choose NewtonIncrement or FrozenBoundIncrement"), "ExactIncrement"), friction)
 
     def _listing(self, system: ContactSystem) -> cp.Problem:
         return exact(system, self.friction)
@@ -274,7 +286,8 @@ def complementarity_problem(system: ContactSystem, friction: ArrayLike, slip: Ar
     >>> fo.increments.complementarity_problem(system, 0.5, [0.0], load).problem.is_dcp()
     False
     """
-    owner = FrozenBoundIncrement(checked_plane(system, "choose NewtonIncrement or FrozenBoundIncrement"), friction)
+    checked_uncapped(checked_plane(system, "choose NewtonIncrement or FrozenBoundIncrement"), "the complementarity problem")
+    owner = FrozenBoundIncrement(system, friction)
     trial, f = Posed(owner, slip, bonded).reactions, owner.friction
     listed, (q, p) = complementarity(system, f), parted(trial, 2)
     problem = Problem(listed.objective, listed.constraints)

@@ -46,10 +46,11 @@ def _reactions(S, still, u, r):
 
 
 @entry_point
-def sweep(S, f, own, u, r, most, enough, relax):
+def sweep(S, f, strength, own, u, r, most, enough, relax):
     """Gauss-Seidel on the projected law of one increment: the nodes one after the other, each with what it needs to obey it.
 
-    Nodes that stick cost nothing but a look (Jourdan, Alart & Jean 1998). S is the stiffness (M, M), f (N,) friction. `own` (t + 1, N) are positive:
+    Nodes that stick cost nothing but a look (Jourdan, Alart & Jean 1998). S is the stiffness (M, M), f (N,) friction, `strength` (N,)
+    the largest shear of the surface. `own` (t + 1, N) are positive:
     for the tangents at least the largest stiffness of the node in any tangential direction, and its normal stiffness. Slip increments and gaps u and
     reactions r, (M,), are changed in place, in so many sweeps at `most`, until corrections of forces are `enough`. `relax` is the share of what a
     slip lacks by which it changes: with 1 the node obeys the law then, with a little more fewer sweeps do. Returns the largest correction of the last
@@ -63,7 +64,7 @@ def sweep(S, f, own, u, r, most, enough, relax):
             k = tangents * nodes + node
             lifted = u[k] - r[k] / own[-1, node]
             largest = max(largest, own[-1, node] * _move(S, u, r, k, lifted if lifted >= 0 else 0.0))
-            bound, size = f[node] * max(r[k] - own[-1, node] * u[k], 0.0), _pull(own, u, r, node)
+            bound, size = min(f[node] * max(r[k] - own[-1, node] * u[k], 0.0), strength[node]), _pull(own, u, r, node)
             for a in range(tangents):
                 before, k = u[a * nodes + node], a * nodes + node
                 wanted[a] = before - relax * (bound / size * before + (1 - bound / size) * r[k] / own[a, node]) if size > bound else 0.0
@@ -75,7 +76,7 @@ def sweep(S, f, own, u, r, most, enough, relax):
 
 
 @inner
-def _sweep_moving(S, f, own, u, r):
+def _sweep_moving(S, f, strength, own, u, r):
     """Sweeps over the nodes that move, among themselves: u is changed in place, r is not; returns the largest correction of the last one."""
     axes, nodes = own.shape
     moving = np.flatnonzero((u.reshape(axes, nodes) != 0.0).sum(axis=0))
@@ -85,13 +86,13 @@ def _sweep_moving(S, f, own, u, r):
         for j in range(len(part)):
             stiffness[i, j] = S[part[i], part[j]]
     few, among = u[part], r[part]
-    largest = sweep(stiffness, f[moving], own[:, moving], few, among, _AMONG, 0.1 * _ROUNDING, _RELAX)
+    largest = sweep(stiffness, f[moving], strength[moving], own[:, moving], few, among, _AMONG, 0.1 * _ROUNDING, _RELAX)
     u[part] = few
     return largest
 
 
 @entry_point
-def increment(S, f, own, size, u, r, forces, status):
+def increment(S, f, strength, own, size, u, r, forces, status):
     """One increment by sweeps over all nodes, then over those that move, in turn until the state obeys the law.
 
     See `sweep`, which takes `size` for its `own`: own tells sticking nodes from slipping ones, and open ones. `forces` (M,) and `status` (N,) take
@@ -101,25 +102,25 @@ def increment(S, f, own, size, u, r, forces, status):
     still, off = np.empty_like(r), np.inf
     _reactions(S, r, -u, still)
     for _ in range(_ROUNDS):
-        last = sweep(S, f, size, u, r, _SWEEPS, _ROUNDING, 1.0) <= _ROUNDING
-        last = not _sweep_moving(S, f, size, u, r) <= _ROUNDING or last
+        last = sweep(S, f, strength, size, u, r, _SWEEPS, _ROUNDING, 1.0) <= _ROUNDING
+        last = not _sweep_moving(S, f, strength, size, u, r) <= _ROUNDING or last
         _reactions(S, still, u, r)
-        if _take_piece(f, own, u, r, status):
+        if _take_piece(f, strength, own, u, r, status):
             _reactions(S, still, u, r)
-        off = _put_on_law(f, own, u, r, forces, status)
+        off = _put_on_law(f, strength, own, u, r, forces, status)
         if last or off <= _ROUNDING:
             break
     return off
 
 
 @inner
-def _take_piece(f, own, u, r, status):
+def _take_piece(f, strength, own, u, r, status):
     """Take the piece of the law at hand: statuses, and motions that it lets vanish; returns whether one has changed."""
     nodes, tangents, changed = len(f), len(own) - 1, False
     for node in range(nodes):
         k = tangents * nodes + node
         pressed = r[k] - own[-1, node] * u[k]
-        slips = _pull(own, u, r, node) > f[node] * max(pressed, 0.0)
+        slips = _pull(own, u, r, node) > min(f[node] * max(pressed, 0.0), strength[node])
         status[node] = OPEN if pressed <= 0 else SLIP if slips else STICK
         for i in range(node, len(u), nodes):
             exact = 0.0 if status[node] == STICK or (i == k and status[node] != OPEN) else max(u[i], 0.0) if i == k else u[i]
@@ -129,13 +130,13 @@ def _take_piece(f, own, u, r, status):
 
 
 @inner
-def _put_on_law(f, own, u, r, forces, status):
+def _put_on_law(f, strength, own, u, r, forces, status):
     """Reactions with slipping nodes on their bound and open ones without any; returns the residual of the law and of the equilibrium."""
     nodes, tangents = len(f), len(own) - 1
     off, total = 0.0, 0.0
     for node in range(nodes):
         k, pull = tangents * nodes + node, _pull(own, u, r, node)
-        bound, size, way, along = f[node] * r[k], 0.0, 0.0, 0.0
+        bound, size, way, along = min(f[node] * r[k], strength[node]), 0.0, 0.0, 0.0
         for i in range(node, k + 1, nodes):
             forces[i] = r[i] if status[node] != OPEN else 0.0
             if i != k and status[node] == SLIP:
