@@ -168,6 +168,7 @@ def test_the_sphere_of_mindlin_and_deresiewicz():
     assert curve.damping == pytest.approx(exact / (2 * np.pi * x * f * ball.P * curve.displacement), rel=0.04)
 
 
+@pytest.mark.usefixtures("no_figures_stay_open")
 def test_a_load_that_is_no_mode_has_no_frequency():
     """A frequency of it would be the root of a stiffness per load factor, in no unit of a frequency."""
     punch, cycle = fo.scenes.PunchOnHalfPlane(elements=24).condense(), opposed("sigma", {"P": 1.0})

@@ -204,7 +204,7 @@ STRETCHED = ROUND(np.random.default_rng(6)).with_orthotropic_friction(0.5)
     (lambda: STRETCHED.with_contact_stiffness(tangential=1.0), "orthotropic.*springs"),
     (lambda: fo.wear(STRETCHED, CYCLE, F, 1.0, coefficient=1e-6), "orthotropic.*ways"),
     (lambda: fo.worn_in(STRETCHED, CYCLE, F, 1.0), "orthotropic friction"),
-    (lambda: ROUND(np.random.default_rng(6)).with_orthotropic_friction(0.0), "ratio: 0.*> 0"),
+    (lambda: ROUND(np.random.default_rng(6)).with_orthotropic_friction(0.0), "ratio: 0.*give a ratio above 0"),
     (lambda: ROUND(np.random.default_rng(6)).with_orthotropic_friction(np.inf), "ratio"),
     (lambda: ROUND(np.random.default_rng(6)).with_orthotropic_friction([1.0, 2.0]), "ratio: shape"),
     (lambda: fo.scenes.PunchOnHalfPlane(elements=4).condense().with_orthotropic_friction(2.0), "in the plane has one tangent"),

@@ -65,9 +65,7 @@ def checked_strength(argument: str, strength: object, n: int) -> Array:
     """Check shear strengths, one number or (n,), > 0 and up to infinity; None, or empty: none."""
     if strength is None or (given := real_array(argument, strength)).size == 0:
         return frozen(np.full(n, np.inf))
-    check_entries(
-        argument, given, given > 0, "give a largest shear > 0, inf for none; a surface that bears none has friction 0"
-    )  # also false for NaN
+    check_entries(argument, given, given > 0, "give a largest shear > 0, inf for none; a surface that bears none has friction 0")  # NaN is not, too
     return frozen(for_each(argument, given, n))
 
 
@@ -76,7 +74,8 @@ def checked_stretch(argument: str, stretch: object, shape: tuple[int, ...]) -> A
     if stretch is None or real_array(argument, stretch).size == 0:
         return frozen(np.ones(shape))
     checked = finite_array(argument, stretch, shape)
-    check_entries(argument, checked.reshape(len(checked), -1)[:, -1], checked.reshape(len(checked), -1)[:, -1] > 0, "give a ratio above 0")
+    last = checked.reshape(len(checked), -1)[:, -1]
+    check_entries(argument, last, last > 0, "give a ratio above 0")
     return checked
 
 

@@ -417,7 +417,7 @@ class ContactSystem(Shown, Plotted):
         if self.tangents == 1:
             raise ModelError("ratio: a contact in the plane has one tangent; give its friction, one or one per node")
         along = np.ones(self.slip_shape)
-        along[:, 1] = parts.checked_strength("ratio", ratio, self.nodes)
+        along[:, 1] = per_node("ratio", ratio, self.nodes)
         stretch = parts.checked_stretch("ratio", along, self.slip_shape)
         give = joined(1 / stretch, np.ones(self.nodes))
         bonded = {name: give * joined(*pair) for name, pair in self.bonded.items()}
