@@ -1,4 +1,4 @@
-"""The parts of a contact system: components of its vectors, checks, the course of contacts in the plane; its stiffness, springs and overlaps."""
+"""The parts of a contact system: components of its vectors, checks, the course of contacts in the plane; stiffness, open nodes, springs, overlaps."""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from ..errors import ModelError
-from .checks import Array, Names, check_entries, checked_cases, choice, finite_array, for_each, frozen, real_array, shown
+from .checks import Array, Booleans, Names, check_entries, checked_cases, choice, finite_array, for_each, frozen, real_array, shown
 from .tolerances import CONDENSATION, RIGID, SAME_POINT
 
 _ORTHONORMAL = 10 * CONDENSATION  # error of the frames of the pairs up to which they are orthonormal, as for given normals
+_HELD = CONDENSATION  # eigenvalue of the stiffness of open nodes, over the largest, from which on they are held: the data have this error
 _SOFTEST = 1e-150  # stiffness of a spring, and largest compliance: the product of two larger numbers overflows
 
 
@@ -206,3 +207,20 @@ def overlapping(S: Array, R: Array, L: Array, D: Array) -> tuple[Array, Array]:
     """
     held, p = S[:, -len(D) :] @ D, R[-len(D) :]
     return R + held, L - D.T @ p - p.T @ D - D.T @ held[-len(D) :]
+
+
+def following(S: Array, opened: Booleans, bonded: Sequence[tuple[Array, Array]]) -> Array | None:
+    """(M, M) compliance of open nodes, which follow the others without force, zero elsewhere.
+
+    None if the others, or nothing where all are open, do not hold them.
+    """
+    out = np.tile(opened, len(S) // len(opened))
+    values, vectors = np.linalg.eigh(S[np.ix_(out, out)])
+    held = values > _HELD * max(values[-1], np.finfo(float).tiny)
+    loads = [joined(*pair) for pair in bonded]
+    driven = [r[out] @ vectors[:, ~held] / (np.abs(r).max() or 1.0) for r in loads]  # a way aside that no load takes is no matter
+    if max(np.abs(part).max(initial=0.0) for part in (*driven, vectors[-int(opened.sum()) :, ~held])) > _HELD:
+        return None
+    give = np.zeros_like(S)
+    give[np.ix_(out, out)] = (vectors[:, held] / values[held]) @ vectors[:, held].T
+    return give

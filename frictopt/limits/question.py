@@ -26,8 +26,8 @@ from ..contact import (
 )
 from ..contact.checks import flag, per_node
 from ..contact.diagnosis import in_contact
+from ..contact.parts import following
 from ..errors import ModelError
-from .compliance import compliance
 
 _MOST_SHEAR = 1e6  # a mean shear force above so many mean normal forces leaves fewer digits of them than the proofs need
 _LITTLE_FRICTION = 0.01  # below it, the bounds on q keep p >= 0 only to a hundred times their own accuracy
@@ -69,7 +69,7 @@ class Question:
     @cached_property
     def give(self) -> Array | None:
         """(M, M) compliance of the open nodes alone, zero elsewhere; None where all are closed."""
-        return compliance(self.system, self.open) if self.open.any() else None
+        return following(self.system.S, self.open, [*self.system.bonded.values()]) if self.open.any() else None
 
     @cached_property
     def S(self) -> Array:

@@ -19,8 +19,7 @@ from ..transients.statics import unscaled_diagnosis
 from .answered import Rated
 from .gross_slip import gross_slip
 from .least_slip import LeastSlip, least_slip
-from .open_nodes import border
-from .stays_closed import stays_closed
+from .open_nodes import border, stays_closed
 
 _ALL = 1e-6  # relative distance from the bound of all states up to which the limit is that of all
 
