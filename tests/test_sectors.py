@@ -335,6 +335,7 @@ HUB = {"body": "hub", "low": "low", "high": "high"}
 REFUSED = {
     "high: 'low' is `low` too": lambda: fo.Cyclic("hub", "low", "low"),
     "axis: (0.0, 0.0, 0.0); give the direction": lambda: fo.Cyclic("hub", "low", "high", axis=(0, 0, 0)),
+    "axis: (0.0, 0.0, 1e-200); give the direction": lambda: fo.Cyclic("hub", "low", "high", axis=(0, 0, 1e-200)),
     "low: 3": lambda: fo.Cyclic("hub", 3, "high"),
     "boundary 'left' is unknown": lambda: refused(cut=fo.Cyclic("hub", "left", "high")),
     "body 'rim' of Cyclic(": lambda: refused(cut=fo.Cyclic("rim", "low", "high")),
@@ -344,12 +345,20 @@ REFUSED = {
     "the faces 'high' and 'low' of body 'hub' are no turned copies of each other: turned by 360/3 degrees about the axis, they are up to 0.3 apart": (
         lambda: refused({"high": lambda x: cuts(3)["high"](x) & (np.hypot(*x) > 1.3)})
     ),
-    "apart; their middles are": lambda: refused(cut=fo.Cyclic(**HUB, centre=(0.1, 0.0))),
+    "; their middles are": lambda: refused(cut=fo.Cyclic(**HUB, centre=(0.1, 0.0))),
     "turn about other axes or by other angles": lambda: refused(polar(MeshQuad, [1.0, 1.3, 1.8], 6, 3, {"contact": 1.0})),
     "an axisymmetric model": lambda: refused(kinematics="axisymmetric", count=4),
     "is held, and not so the one at (1.3, 0)": lambda: refused(supports=[fo.Support("hub", tuple(float(x) for x in 1.3 * TURN[:, 0]), "x")]),
     "is held, and not so the one at (1, 0)": lambda: refused(supports=[fo.Support("hub", "high", "x"), fo.Support("hub", "low", "y")]),
     "is not that of the other face": lambda: refused(move=[fo.Displacement("shaft", "bore", x=0.1)]),
+    "body 'hub' goes the long way round from 'low' to 'high', 240 of 360 degrees": lambda: refused(
+        polar(MeshQuad, [1.0, 1.3, 1.8], 1.5, 8, {"contact": 1.0, "outside": 1.8})
+    ),
+    "loads['turn']: Centrifugal(": lambda: refused(turn=[fo.Centrifugal("hub", 1.0, 1.0, centre=(0.1, 0.0))]),
+    "loads['fall']: BodyForce(": lambda: refused(fall=[fo.BodyForce("hub", y=-1.0)]),
+    "the gap of 'shim' at (-0.5, 0.866025) is 0.01, and 0.025": lambda: refused(
+        contacts=[fo.Contact("shaft", "hub", "contact", "contact", gap=lambda x, y: 0.01 * (1.5 + x), name="shim")]
+    ),
     "'contact' reaches the cut of the sector at": lambda: refused(cut=fo.Cyclic("hub", "high", "low"), count=2),
     "'side' reaches the cut of the sector at": lambda: refused(uneven(), contacts=[fo.Contact("hub", "shaft", name="side")]),
     "'other' reaches the cut of the sector at": lambda: refused(

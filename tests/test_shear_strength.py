@@ -339,3 +339,11 @@ def test_open_nodes_in_space_are_eliminated_with_their_strengths():
     for (u, r, status), (v, q, kind) in zip(plain, engine.along(np.r_[np.zeros(12), -system.gap], loads), strict=True):
         assert np.abs(u - v).max() < 1e-9 and np.abs(r - q).max() < 1e-9 and (status == kind).all()
     assert len(left) == 3 and all(left) and all(np.abs(status).sum() > 4 for _, _, status in left), "two open nodes, and others that slip"
+
+
+def test_a_body_that_its_mean_load_slides_off_at_its_strength_has_no_limit_and_is_told_so():
+    body = replace(block(np.random.default_rng(6), width=8.0), shear_strength=np.full(5, 0.1))
+    cycle = fo.LoadCycle({"P": 4.0, "Q": 0.7}, [{"Q": 0.1}, {"Q": -0.1}])  # friction alone holds 2.0, the strengths 0.5
+    assert np.isnan(fo.shakedown_limit(body, cycle, 0.5).load_factor)
+    assert "forces within friction and the strength of the surface cannot balance" in fo.gross_slip(body, cycle, 0.5).reason
+    assert "exceed their bound of friction or strength" in fo.onset(body, cycle, 0.5).reason

@@ -189,7 +189,7 @@ class Assembly:
         number = np.repeat(np.arange(len(contacts)), [len(joint.nodes) for joint in self.joints])
         normals, widths, gap = (np.concatenate([getattr(joint, name) for joint in self.joints]) for name in ("normals", "widths", "gap"))
         if self.sector:
-            once = self.sector.once(self.names, number, ones, projection, normals, widths, self.points)
+            once = self.sector.once(self.names, (number, ones, projection, normals, widths, gap), self.points)
             ones, projection, number, normals, widths, gap = (part[once] for part in (ones, projection, number, normals, widths, gap))
         links, near, others = projection.tocoo(), same_point(self.points), np.full(len(ones), -1)
         lie = np.linalg.norm(self.points[links.col] - self.points[ones[links.row]], axis=1) <= near
@@ -247,15 +247,16 @@ class Assembly:
                 forces[first : first + body.mesh.p.size] += part._forces(body, self.kinematics).ravel()
         forces = self.tied.T @ forces
         self._check_felt(argument, parts, forces)
-        moved = self._followed(argument, moved)
+        moved = self._followed(argument, moved, parts)
         for cut in self.cuts:
             moved[self.rows[cut.far]] = moved[self.rows[cut.near]] - cut.axis * (cut.bolt.locked and cut.bolt in parts)
         return forces, moved, np.array(list(amounts.values()))[self.contact]
 
-    def _followed(self, argument: str, moved: Array) -> Array:
+    def _followed(self, argument: str, moved: Array, parts: Sequence[Load]) -> Array:
         """Displacements (size,) of supports, nan where none is given, and of what is glued to them."""
         if self.sector:
             self.sector.check_moved(argument, moved[self.rows], (self.tied @ np.nan_to_num(moved))[self.rows], self.points)
+            self.sector.check_loads(argument, parts)
         given, moved = ~np.isnan(moved), np.nan_to_num(moved)
         if not moved.any():
             return moved
@@ -276,9 +277,8 @@ class Assembly:
         felt, most = np.abs(along[self.free_rows != -1]).max(initial=0.0), np.abs(forces).max()
         if len(named) == len(parts) and felt <= ROUNDING * most and most > 0:
             own = [support for support in self.supports if support.body in dict(named)]
-            where = " and ".join(f"{name!r} of body {body!r}" for body, name in named)
-            held = f"only where supports hold it against the force, {own}"
-            raise ModelError(f"{argument}: acts on boundary {where} {held}; load another boundary, or hold less")
+            at = " and ".join(f"{name!r} of body {body!r}" for body, name in named)
+            raise ModelError(f"{argument}: acts on boundary {at} only where supports hold it, {own}; load another boundary, or hold less")
 
     def _move(self, argument: str, part: Displacement, moved: Array) -> None:
         """Enter a displacement into those of all unknowns, nan where none is given."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.sparse import block_diag, csr_matrix, diags, identity, kron
@@ -101,6 +102,7 @@ class Sector:
     copies: Integers  # (all nodes,) node that each is a turned copy of; -1: none
     fixed: Integers  # nodes on the axis, which both faces have
     turn: Array  # (d, d) matrix Q
+    shift: Array  # (d,) where the origin is turned to
     along: Array  # (d,) unit vector along the axis; zero in the plane
     count: int  # of the sectors of the ring
     unlike: Mapping[str, Integers]  # body -> facets of its faces, where they do not match
@@ -150,13 +152,23 @@ class Sector:
                 "other face, turned; give displacements that repeat from sector to sector"
             )
 
-    def once(
-        self, names: Sequence[str], contact: Integers, nodes: Integers, projection: csr_matrix, normals: Array, widths: Array, points: Array
-    ) -> Integers:
+    def check_loads(self, argument: str, loads: Sequence[Any]) -> None:
+        """Check that spins, and loads of constants, are those of the next sector, too; what functions say is the user's."""
+        turn, d = self.turn, len(self.turn)
+        for load in loads:
+            spins, parts = hasattr(load, "centre"), [getattr(load, axis, 0.0) for axis in "xyz"[:d]]
+            centre, axis = axis_of(load, d) if spins else (np.zeros(d), np.array([0.0 if callable(part) else part or 0.0 for part in parts]))
+            off = np.abs([turn @ axis[:d] - axis[:d], turn @ centre + self.shift * spins - centre]).max()
+            if off > SAME_POINT * np.abs([axis[:d], centre, self.shift]).max():
+                told = f"{load} is another one in the next sector, turned by 360/{self.count} degrees"
+                raise ModelError(f"{argument}: {told}; give functions of the coordinates that turn so, a spin about the axis, or the whole ring")
+
+    def once(self, names: Sequence[str], pairs: tuple[Any, ...], points: Array) -> Integers:
         """The pairs but those of copied nodes: in the ring each is one pair with that of the node that it copies, and adds normal and width to it.
 
-        Of each pair are given the number of its contact, its node of body 1, its place on body 2, a row over all nodes, its normal and its width.
+        Of each pair are given the number of its contact, its node of body 1, its place on body 2, a row over all nodes, normal, width and gap.
         """
+        contact, nodes, projection, normals, widths, gap = pairs
         copy, high = self.copies, np.flatnonzero(np.isin(nodes, self.nodes))
         number = {pair: k for k, pair in enumerate(zip(contact.tolist(), nodes.tolist(), strict=True))}
         low = np.array([number.get((int(contact[k]), int(copy[nodes[k]])), -1) for k in high], dtype=np.intp)
@@ -171,6 +183,11 @@ class Sector:
                 "on both bodies and on both cut faces; let nodes match there (gmsh: fragment the bodies, and setPeriodic from cut to cut), call the "
                 "faces on one side `low` of both bodies, or cut where no contact is"
             )
+        if (k := first_of(np.abs(gap[high] - gap[low]) > COUNTS * gap.max(initial=0.0))) is not None:
+            told = (
+                f"{names[contact[high[k]]]!r} at {place(points[nodes[high[k]]])} is {gap[high[k]]:g}, and {gap[low[k]]:g} at the node that it copies"
+            )
+            raise ModelError(f"contacts: the gap of {told}, on the other cut face; give gaps that repeat from sector to sector")
         widths[low] += widths[high]
         normals[low] += normals[high] @ self.turn
         return np.delete(np.arange(len(nodes)), high)
@@ -209,6 +226,7 @@ def sector_of(cuts: Sequence[Cyclic], bodies: Mapping[str, Body], kinematics: Ki
         copies=copies,
         fixed=np.concatenate([start + cut.fixed for start, cut in zip(starts, cut_bodies, strict=False) if cut]),
         turn=first.turn,
+        shift=first.shift,
         along=first.along,
         count=first.count,
         unlike={name: cut.facets for name, cut in found.items() if not cut.match},
@@ -242,6 +260,10 @@ def _turned(body: Body, cut: Cyclic) -> _Turned:
     if angle < 0 and count > 2:
         low, high = high, low
     turn = Rotation.from_rotvec(2 * np.pi / count * along).as_matrix()[:d, :d]
+    inside = x[mesh.t[:, mesh.f2t[0, low]]].mean(axis=0) - (middles := x[mesh.facets[:, low]].mean(axis=0))
+    if count > 2 and (np.cross(along, np.pad(middles - centre, ((0, 0), (0, 3 - d)))) * np.pad(inside, ((0, 0), (0, 3 - d)))).sum() < 0:
+        told = f"{cut.body!r} goes the long way round from {cut.low!r} to {cut.high!r}, {360 - 360 / count:g} of 360 degrees"
+        raise ModelError(f"supports: body {told}; a sector is 360 degrees over a whole number")
     back = (x - centre) @ turn + centre
     nodes, others = (facet_nodes(body.mesh, facets) for facets in (high, low))
     fixed, allowed = np.intersect1d(nodes, others), np.array(near)
@@ -264,8 +286,8 @@ def _turned(body: Body, cut: Cyclic) -> _Turned:
         aside = f"; their middles are {np.degrees(angle):.6g} degrees apart" if abs(abs(angle) * count - 2 * np.pi) > SAME_POINT else ""
         raise ModelError(
             f"supports: the faces {cut.high!r} and {cut.low!r} of body {cut.body!r} are no turned copies of each other: turned by 360/{count} "
-            f"degrees about the axis, they are up to {off.max():.4g} apart{aside}; give two that are, 360 degrees over a whole number apart, "
-            "and check axis and centre"
+            f"degrees about the axis, they are up to {off.max():.4g} apart, more than {near:.1g}{aside}; give two that are, 360 degrees "
+            "over a whole number apart, and check axis and centre"
         )
     own = ~np.isin(nodes, fixed)
     return _Turned(nodes[own], csr_matrix(places[own]), match, fixed, np.r_[low, high], turn, centre - turn @ centre, along[:d], count)

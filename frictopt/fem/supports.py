@@ -89,7 +89,7 @@ def checked_axis(part: Any) -> None:
     if part.centre is not None:
         object.__setattr__(part, "centre", checked_point("centre", part.centre, "one point (x, y), in space (x, y, z)"))
     object.__setattr__(part, "axis", checked_point("axis", part.axis, "one direction (x, y, z)", (3,)))
-    if not any(part.axis):
+    if not np.linalg.norm(part.axis) > 0:  # also of one whose square is zero
         raise ModelError(f"axis: {part.axis}; give the direction of the axis")
 
 

@@ -207,7 +207,9 @@ class Report(Kept):
         least, most = self.friction.min(), self.friction.max()
         friction = f"{least:g}" if least == most else f"{least:g} to {most:g}"
         units = f", in {self.system.units}" * (self.system.units is not None)
-        return f"Joint of {self.system.nodes} contact nodes, friction {friction}{units}"
+        strong = " up to the shear strength of the surface" * self.system.capped
+        across = ", another one along the second tangents" * self.system.orthotropic
+        return f"Joint of {self.system.nodes} contact nodes, friction {friction}{across}{strong}{units}"
 
     @property
     def _loads(self) -> str:

@@ -85,7 +85,7 @@ def _of_corners(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts
     if contacts is not None:
         names, among = _checked(system, contacts)
         task, only = replace(task, friction=frozen(task.friction * among)), f"with friction at {', '.join(names)} alone, "
-    N = rigid_motions(system.S)
+    N, bounds = rigid_motions(system.S), "friction" + " and the strength of the surface" * system.capped
     r1 = reactions(system, cycle.corners)  # without gaps, which do no work in rigid motions
     r0 = np.broadcast_to(reactions(system, cycle.unscaled), r1.shape)
     corners = outer_corners(cycle) if N.size else []
@@ -93,7 +93,7 @@ def _of_corners(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts
     answers = [_statics(task, N, k, r0[k], r1[k], cp.Maximize) for k in corners] or [held]
     load = [f"the load at the corner ({name})" for name in cycle.corner_names]
     if none := next((answer for answer in answers if np.isnan(answer.value)), None):
-        unbalanced = f"{only}forces within friction cannot balance {load[none.corner]}: {_moves(task, none)}"
+        unbalanced = f"{only}forces within {bounds} cannot balance {load[none.corner]}: {_moves(task, none)}"
         return _result(task, none, np.nan, f"no load factor has a state of rest, nor has 0: {unbalanced}", answers)
     most = min(answer.value for answer in answers)
     rules = next(answer for answer in answers if answer.value <= most * (1 + RESIDUAL))
@@ -111,9 +111,9 @@ def _of_corners(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts
     if rules is held:
         why = "supports hold the bodies: no motion of theirs is left to the contact alone"
     elif most == np.inf:
-        why = f"{only}forces within friction balance the loads at all load factors{f' from {least:.4g} on' * (least > 0)}"
+        why = f"{only}forces within {bounds} balance the loads at all load factors{f' from {least:.4g} on' * (least > 0)}"
     else:
-        unbalanced = f"{only}forces within friction cannot balance {load[rules.corner]}: {_moves(task, rules)}"
+        unbalanced = f"{only}forces within {bounds} cannot balance {load[rules.corner]}: {_moves(task, rules)}"
         why = f"above it no state of rest exists, whatever slips and opens: {unbalanced}"
     if least > 0:
         why += f"; below {least:.4g} nothing balances {load[first.corner]}: {_moves(task, first)}"

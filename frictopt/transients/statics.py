@@ -191,7 +191,8 @@ def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: Array
     if smooth.any():
         texts.append(f"{_share(system, smooth)} have no friction and slip under the shear of the mean load")
     if not texts and beyond.any():
-        return f"the mean load presses all nodes, but {_share(system, beyond)} exceed their friction bound f p and slip: more friction, or less shear"
+        bound, more = ("bound of friction or strength", "more of the lower one") if system.capped else ("friction bound f p", "more friction")
+        return f"the mean load presses all nodes, but {_share(system, beyond)} exceed their {bound} and slip: {more}, or less shear"
     return "; ".join(texts) or _SAFE
 
 
