@@ -110,6 +110,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "ContactModel.recover": (MODEL.recover, {"loads": {"P": 1.0}, "slip": np.zeros(3), "gap": np.zeros(3)}),
     "ContactModel.modes": (HEAVY.modes, {"n": 1, "open": [True, False, False]}),
     "ContactModel.with_loads": (MODEL.with_loads, {"loads": {"P": [fo.Pressure("punch", "top")]}}),
+    "Cyclic": (fo.Cyclic, {"body": "punch", "low": "left", "high": "right", "axis": (0.0, 0.0, 1.0), "centre": (0.0, 0.0)}),
     "Displacement": (fo.Displacement, {"body": "block", "where": "bottom", "x": 0.1, "y": 0.1}),
     "Expansion": (fo.Expansion, {"body": "punch"}),
     "PressFit": (condensed(fo.scenes.PressFit), {"elements": 2, "growth": 3.0}),

@@ -28,7 +28,7 @@ class Mapped:
         self.nodes = n = len(self.x) // 2 if gaps else len(self.x)
         self.scales, self.unit, self.friction = Scales(*np.ones((3, n))), np.ones(2 * n), np.ones(n)
         self.corners = [np.r_[np.full(n, load), np.ones(n)] for load in loads]
-        self.system = SimpleNamespace(gap=np.zeros(n), S=np.diag(np.r_[np.ones(n), np.zeros(n)]), tangents=1)
+        self.system = SimpleNamespace(gap=np.zeros(n), shear_strength=np.inf, S=np.diag(np.r_[np.ones(n), np.zeros(n)]), tangents=1)
         self._map, self._events = cycle_map, events
 
     def at(self, place):
