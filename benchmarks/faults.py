@@ -156,7 +156,7 @@ FAULTS = (
     Fault("fem/interface.py", "rounding moves nodes across an oblique plane", "T.data[np.abs(T.data) <= ROUNDING] = 0.0", "pass", "oblique_supports"),
     Fault("fem/interface.py", "tangents of a pair as elsewhere on an oblique plane", "np.where(np.any(ways, axis=1, keepdims=True), ways, axis)",
           "axis", "oblique_supports"),
-    Fault("fem/cyclic.py", "a body that goes the long way round is a sector", "(0, 3 - d)))).sum() < 0:", "(0, 3 - d)))).sum() < -1e9:", "sectors"),
+    Fault("fem/cyclic.py", "a body that goes the long way round is a sector", "- middles)).sum() < 0:", "- middles)).sum() < -1e9:", "sectors"),
     Fault("fem/cyclic.py", "loads need not repeat from sector to sector", "off > SAME_POINT * np.abs(", "off > 1e9 * np.abs(", "sectors"),
     Fault("fem/cyclic.py", "gaps on the cuts need not be the same", "np.abs(gap[high] - gap[low]) > COUNTS", "np.abs(gap[high]) < -COUNTS",
           "sectors"),

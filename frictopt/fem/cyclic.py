@@ -260,8 +260,9 @@ def _turned(body: Body, cut: Cyclic) -> _Turned:
     if angle < 0 and count > 2:
         low, high = high, low
     turn = Rotation.from_rotvec(2 * np.pi / count * along).as_matrix()[:d, :d]
-    inside = x[mesh.t[:, mesh.f2t[0, low]]].mean(axis=0) - (middles := x[mesh.facets[:, low]].mean(axis=0))
-    if count > 2 and (np.cross(along, np.pad(middles - centre, ((0, 0), (0, 3 - d)))) * np.pad(inside, ((0, 0), (0, 3 - d)))).sum() < 0:
+    middles = x[mesh.facets[:, low]].mean(axis=0)
+    onward = np.cross(along, np.pad(middles - centre, ((0, 0), (0, 3 - d))))[:, :d]
+    if count > 2 and (onward * (x[mesh.t[:, mesh.f2t[0, low]]].mean(axis=0) - middles)).sum() < 0:
         told = f"{cut.body!r} goes the long way round from {cut.low!r} to {cut.high!r}, {360 - 360 / count:g} of 360 degrees"
         raise ModelError(f"supports: body {told}; a sector is 360 degrees over a whole number")
     back = (x - centre) @ turn + centre
