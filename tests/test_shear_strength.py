@@ -1,5 +1,6 @@
 """Surfaces that shear off at a strength: against enumeration, scipy, closed forms, and friction that is lowered where pressures never change."""
 
+import re
 from dataclasses import replace
 from functools import partial
 from itertools import product
@@ -235,10 +236,29 @@ def test_a_coupled_node_in_space_in_closed_form():
 
 
 def test_a_body_that_its_surface_does_not_hold_has_no_state():
-    with pytest.raises((fo.NoContinuation, fo.SolverError), match="slide"):
-        fo.march(strong(block(np.random.default_rng(6)), 0.1), fo.LoadCycle({"P": 4.0}, TO_AND_FRO), 0.5, 0.6, cycles=1, steps=2)
-    path = fo.march(strong(block(np.random.default_rng(6)), 0.1), fo.LoadCycle({"P": 4.0}, TO_AND_FRO), 0.5, 0.4, cycles=1, steps=2)
-    assert path.residual < 1e-9
+    """Strengths of .5 in all hold what is below."""
+    body, cycle = strong(block(np.random.default_rng(6)), 0.1), fo.LoadCycle({"P": 4.0}, TO_AND_FRO)
+    with pytest.raises(fo.NoContinuation, match=r"\(Q = \+1\) has the shear force 0\.6 along \(1, 0\), above the 0\.5 of friction and strength;"):
+        fo.march(body, cycle, 0.5, 0.6, cycles=1, steps=2)
+    assert fo.march(body, cycle, 0.5, 0.4, cycles=1, steps=2).residual < 1e-9
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+def test_a_mean_load_slides_and_turns_bodies_off_from_the_sliding_off_load_on(axes):
+    """Motions against forces: the one from `gross_slip`, the other as transients tell it."""
+    rng, said = np.random.default_rng(axes), []
+    for _ in range(4):
+        body = block(rng, width=8.0, axes=axes)
+        n, f = body.nodes, rng.uniform(0.2, 0.9)
+        any_load = np.r_[rng.normal(size=(axes - 1) * n), 0.3 * rng.normal(size=n)]
+        strength = np.where(rng.random(n) < 0.3, np.inf, rng.uniform(0.02, 0.5, n))
+        body = replace(strong(body, *strength), bonded={**body.bonded, "any": any_load})
+        most = fo.gross_slip(body, fo.LoadCycle({"P": 4.0}, [{"any": 1.0}]), f).load_factor
+        for share in (0.999, 1.001):
+            mean = fo.LoadCycle({"P": 4.0, "any": share * most}, [{"Q": 0.1}])
+            said.append(fo.onset(body, mean, f).reason)
+            assert bool(re.search("as a whole|turns over", said[-1])) is (share > 1), said[-1]
+    assert sum("of friction and strength" in each for each in said) > 1
 
 
 def test_wear_at_the_strength_takes_the_same_depth_each_cycle_until_friction_rules():
@@ -346,4 +366,5 @@ def test_a_body_that_its_mean_load_slides_off_at_its_strength_has_no_limit_and_i
     cycle = fo.LoadCycle({"P": 4.0, "Q": 0.7}, [{"Q": 0.1}, {"Q": -0.1}])  # friction alone holds 2.0, the strengths 0.5
     assert np.isnan(fo.shakedown_limit(body, cycle, 0.5).load_factor)
     assert "forces within friction and the strength of the surface cannot balance" in fo.gross_slip(body, cycle, 0.5).reason
-    assert "exceed their bound of friction or strength" in fo.onset(body, cycle, 0.5).reason
+    said = "has the shear force 0.7 along (1, 0), above the 0.5 of friction and strength"
+    assert said in fo.onset(body, cycle, 0.5).reason and said in fo.shakedown_limit(body, cycle, 0.5).reason

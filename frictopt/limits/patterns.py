@@ -87,7 +87,7 @@ def _settled(task: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
         try:
             opened = open_under_mean(replace(task, friction=share * task.friction))
         except SolverError:  # of the way to the mean load: the search has one set less to begin with
-            if share == 1.0 and not (safe or task.system.capped):  # nothing else is known to rest; what slides off at its strength ends so
+            if share == 1.0 and not safe:  # nothing else is known to rest
                 raise
             continue
         yield from opened

@@ -2,18 +2,15 @@
 
 from contextlib import suppress
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import Array, ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, joined, lengths, most_shear
+from ..contact import Array, Booleans, ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, joined, lengths, most_shear
 from ..contact.diagnosis import counted, in_contact, open_nodes, settled
 from ..contact.tolerances import CONDENSATION, COUNTS, RIGID, ROUNDING
 from ..errors import NoContinuation, SolverError
-
-if TYPE_CHECKING:
-    import cvxpy as cp
 
 _WITHIN, _PROJECTIONS = 0.99, 50  # of the friction, so that a projection comes to lie within it; at most
 _FOUND = 0.5  # of the largest size of a motion, which one of negative work has; without one there is none, up to rounding
@@ -23,7 +20,7 @@ _EVEN = 0.5  # a motion whose mean is at least so large a part of it is a slide,
 
 
 class _Motion(NamedTuple):
-    """A rigid motion of size up to 1, and how far it goes beyond `w >= f |v|`."""
+    """A rigid motion of size up to 1, and how far it is from one in which no forces within friction have work without bound."""
 
     phi: Array
     residual: float
@@ -49,6 +46,8 @@ class Statics:
 
     Where slip changes no pressure, B = 0, all states have the pressures p of the load, and v need not lift the bodies that supports press: a motion
     with `A v = 0` and `v . q^w + sum of f p |v| < 0` is the proof.
+
+    A node whose surface has a strength c may slip by s more than its lift opens, `w + f s >= f |v|`: its forces then take back c s at most.
     """
 
     def __init__(self, system: ContactSystem, friction: Array) -> None:
@@ -77,14 +76,16 @@ class Statics:
         _, apart, ways = np.linalg.svd(basis - V @ within, full_matrices=False)
         return np.asarray(np.linalg.qr(V @ (within @ ways[apart <= CONDENSATION].T))[0])
 
-    def _opposed(self, V: Array, pressed: bool) -> "tuple[cp.Variable, cp.Expression, list[cp.Constraint]]":
-        """Shares (k,) of motions, lifts (N,), free ones where pressures are known, and the rows by which forces have no negative work in them."""
-        import cvxpy as cp  # here, for loads that friction bears need no program
+    @cached_property
+    def _strong(self) -> Booleans:
+        """(N,) nodes that a strength bounds besides friction."""
+        return np.isfinite(self._system.shear_strength) & (self._friction > 0)
 
-        n, share = self._system.nodes, cp.Variable(V.shape[1], name="share")
-        *v, w = (part @ share for part in V.reshape(-1, n, V.shape[1]))
-        lift = cp.Variable(n, name="lift") if pressed else w
-        return share, lift, [cp.SOC(lift, cp.multiply((1 + COUNTS) * self._friction, cp.vstack(v)))]
+    def _sheared_off(self, phi: Array) -> float:
+        """Largest work that strengths take back in a motion: where it slips by more than its lift opens."""
+        *v, w = phi.reshape(-1, self._system.nodes)[:, self._strong]
+        more = np.linalg.norm(v, axis=0) - w / self._friction[self._strong]
+        return float(more.clip(0.0) @ self._system.shear_strength[self._strong])
 
     def _balances(self, V: Array, pressed: bool, load: Array) -> bool:
         """Whether projections on either condition in turn find forces within friction that balance a load."""
@@ -92,10 +93,11 @@ class Statics:
         less = _WITHIN * f
         for _ in range(_PROJECTIONS):
             q, p, size = r[:-1], r[-1], np.linalg.norm(r[:-1], axis=0)
-            if (size <= f * p).all():
+            if (size <= most_shear(self._system, f, p)).all():
                 return True
             nearest = p if pressed else np.where(size <= less * p, p, np.maximum(p + less * size, 0.0) / (1 + less**2))
-            r = np.vstack([q * np.minimum(1.0, less * nearest / np.where(size > 0, size, 1.0)), nearest])
+            bound = np.minimum(less * nearest, _WITHIN * self._system.shear_strength)
+            r = np.vstack([q * np.minimum(1.0, bound / np.where(size > 0, size, 1.0)), nearest])
             r = r + (V @ (V.T @ (load - r.ravel()))).reshape(r.shape)
         return False
 
@@ -103,33 +105,43 @@ class Statics:
         """The motion (M,) of size 1 with the least work, where it is negative."""
         if not V.size or self._balances(V, pressed, load):
             return None
-        import cvxpy as cp
+        import cvxpy as cp  # here, for loads that friction bears need no program
 
         from ..solve.chain import Chain
 
-        n, scale, (share, lift, rows) = self._system.nodes, float(np.abs(load).max()) or 1.0, self._opposed(V, pressed)
-        work = (V.T @ load / scale) @ share + (load[-n:] / scale @ lift if pressed else 0.0)
+        n, f, c, strong = self._system.nodes, self._friction, self._system.shear_strength, self._strong & (not pressed)
+        scale, share = float(np.abs(load).max()) or 1.0, cp.Variable(V.shape[1], name="share")
+        *v, w = (part @ share for part in V.reshape(-1, n, V.shape[1]))
+        lift = cp.Variable(n, name="lift") if pressed else w
+        work, opens = (V.T @ load / scale) @ share + (load[-n:] / scale @ lift if pressed else 0.0), lift
+        rows = [cp.SOC(cp.Constant(1.0), share)]
+        if strong.any():
+            more = cp.Variable(n, name="more", nonneg=True)
+            work, opens = work + (np.where(strong, c, 0.0) / scale) @ more, lift + cp.multiply(f * strong, more)
+            rows.append(lift >= 0)
+        rows.append(cp.SOC(opens, cp.multiply((1 + COUNTS) * f, cp.vstack(v))))
 
         def claimed() -> _Motion:
             phi = V @ share.value
-            needed = self._friction * np.linalg.norm(phi[:-n].reshape(-1, n), axis=0)
+            needed = f * np.linalg.norm(phi[:-n].reshape(-1, n), axis=0)
             phi[-n:] = needed if pressed else phi[-n:]
-            return _Motion(phi, float((needed - phi[-n:]).max()))
+            return _Motion(phi, float((np.where(strong, 0.0, needed) - phi[-n:]).max()))
 
         with suppress(SolverError):
-            phi = Chain(cp.Problem(cp.Minimize(work), [*rows, cp.SOC(cp.Constant(1.0), share)]), {}).solve(claimed)[0].phi
-            if phi @ phi > _FOUND and phi @ load < -COUNTS * np.abs(phi) @ np.abs(load):
+            phi = Chain(cp.Problem(cp.Minimize(work), rows), {}).solve(claimed)[0].phi
+            if phi @ phi > _FOUND and phi @ load + self._sheared_off(phi) < -COUNTS * np.abs(phi) @ np.abs(load):
                 return phi
         return None
 
     def told(self, name: str, load: Array) -> str | None:
         """What a load (M,) that has no state does to the bodies, as a sentence that names it; None where it is not proven that it has none."""
         n, gap = self._system.nodes, self._system.gap
-        if not gap.any() and (np.linalg.norm(load[:-n].reshape(-1, n), axis=0) <= self._friction * load[-n:]).all():
+        if not gap.any() and (np.linalg.norm(load[:-n].reshape(-1, n), axis=0) <= most_shear(self._system, self._friction, load[-n:])).all():
             return None  # the closed contact rests
         asked: list[tuple[Array, bool, Array]] = [(self._motions, False, load)]
         if self._slides is not None and (rest := settled(self._system, load[-n:] - self._system.C @ gap)) is not None:
-            asked.append((self._slides, True, np.r_[load[:-n], rest[1]]))
+            holding = np.where(self._strong, self._system.shear_strength / np.where(self._strong, self._friction, 1.0), np.inf)
+            asked.append((self._slides, True, np.r_[load[:-n], np.minimum(rest[1], holding)]))
         for motions, pressed, forces in asked:
             for V in (self._shifts(motions), motions) if motions.size else ():  # a body that may slide and turn is said to slide
                 if (phi := self._driven(V, pressed, forces)) is not None:
@@ -138,22 +150,23 @@ class Statics:
 
     def _sentence(self, name: str, load: Array, phi: Array) -> str:
         """What moves, where to, and the forces: those of the load and of friction in units of the mean slip."""
-        n = self._system.nodes
+        n, taken = self._system.nodes, self._sheared_off(phi)
         back = joined(self._system.stretch, np.ones(n))
         phi, load = (phi / back).reshape(-1, n), (load * back).reshape(-1, n)
         sizes = np.linalg.norm(phi[:-1], axis=0)
         moves = np.abs(phi).max(axis=0) > COUNTS * np.abs(phi).max()
         where, mean = "" if moves.all() else f" at {counted(self._system, moves)}", float(sizes[moves].mean())
-        demand, holds = (float(part) / (mean or 1.0) for part in (-np.sum(phi[:-1] * load[:-1]), phi[-1] @ load[-1]))
+        demand, holds = (float(part) / (mean or 1.0) for part in (-np.sum(phi[:-1] * load[:-1]), phi[-1] @ load[-1] + taken))
         if mean <= COUNTS * np.abs(phi).max() or demand <= 0 or holds < -COUNTS * demand:
             return f"the body lifts off or turns over{where}: no pressure with friction up to f p balances {name}; hold it, or press it"
         along = np.einsum("an,nak->nk", phi[:-1], self._system.frames[:, :-1])[moves].mean(axis=0)
         size = float(np.linalg.norm(along))
+        held = f"the {max(holds, 0.0):.4g} of friction{' and strength' * self._system.capped}"
         if size <= _EVEN * mean:
-            forces = f"drives it with {demand:.4g} per mean slip, above the {max(holds, 0.0):.4g} of friction"
+            forces = f"drives it with {demand:.4g} per mean slip, above {held}"
             return f"the body turns as a whole{where}: {name} {forces}; hold it, or press it"
         way = ", ".join(f"{part:g}" for part in (along / size).round(6) + 0.0)
-        forces = f"has the shear force {demand:.4g} along ({way}), above f P = {max(holds, 0.0):.4g}"
+        forces = f"has the shear force {demand:.4g} along ({way}), above {held if self._system.capped else f'f P = {max(holds, 0.0):.4g}'}"
         return f"the body slides as a whole{where}: {name} {forces}; hold it, or press it"
 
 
