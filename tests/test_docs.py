@@ -155,6 +155,13 @@ def test_docstrings_cite_the_equations_of_the_theory_page_by_their_numbers():
     assert set(re.findall(r"\{eq\}`(\w+)`", text(DOCS / "theory.md"))) <= set(labels)
 
 
+def test_sections_of_docstrings_have_their_names():
+    known = {"Attributes", "Examples", "Notes", "Parameters", "Raises", "References", "Returns", "See Also", "Warns", "Yields"}
+    for path in (ROOT / "frictopt").rglob("*.py"):
+        heads = re.findall(r"^ *(.*)\n *-{4,}$", text(path), re.MULTILINE)
+        assert set(heads) <= known, path
+
+
 def anchors(page):
     """Anchors of the headings of a page, as GitHub and the site make them."""
     heads = re.findall(r"^#+ (.+)$", re.sub(r"```.*?```", "", text(page), flags=re.DOTALL), re.MULTILINE)

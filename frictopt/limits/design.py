@@ -58,6 +58,8 @@ class DesignModel(SafeModel):
         (J,) amplitudes that the design adds to the mean load, in the order of `preloads`; None without.
     profile
         (N,) material taken off, length: it adds to the gap, so q loses `B^T g` and p loses `C g`. Negative: material added. None without.
+
+    Raises
     ------
     ModelError
         Wrong types, unknown load cases, preloads that make no reactions but rounding, nothing to choose among, a scenario that is no pair.
