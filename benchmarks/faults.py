@@ -555,7 +555,7 @@ FAULTS = (
     Fault("limits/least_slip.py", "multipliers that do not balance", "max(unbalanced, residual)", "residual", "least_slip"),
     Fault("limits/least_slip.py", "twice the weight", "np.where(round_corners, np.sqrt(3.0), 2.0)", "1.0", "least_slip"),
     Fault("limits/design_result.py", "what a profile adds is left out", "np.maximum(-gap, 0.0)", "np.maximum(-0.5 * gap, 0.0)", "design"),
-    Fault("limits/patterns.py", "nodes that rule are not moved", "[: int((moved > _RULES * moved.max()).sum())]", "[:0]", "patterns"),
+    Fault("limits/patterns.py", "nodes that govern are not moved", "[: int((moved > _GOVERNS * moved.max()).sum())]", "[:0]", "patterns"),
     Fault("limits/lift_off.py", "what touches may carry", "slip), *touching, -np", "slip), -np", "lift_off"),
     Fault("limits/lift_off.py", "events may be in any order", "*touching, -np.diff(self.way).min()]", "*touching]", "lift_off"),
     Fault("limits/lift_off.py", "nothing happens between the corners", "np.stack([ends[0][1][0], ends[1][1][-1]])",

@@ -2,7 +2,7 @@
 A film of a steady cycle
 ========================
 
-The shear of each node moves between its bounds of friction. Its colour tells what the node does.
+The shear of each node moves between its bounds of friction. Its colour shows what the node does.
 """
 
 from pathlib import Path

@@ -19,7 +19,7 @@ class Timed:
 
 
 def timed(run: Callable[[], Any], repetitions: int) -> Timed:
-    """Run once untimed, then so many times, but for at most 2 s; a run that takes longer is its own time.
+    """Run once untimed, then so many times, for at most 2 s; a run that takes longer is its own time.
 
     The median of an even number is the faster of the two middle times.
     """

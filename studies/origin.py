@@ -13,7 +13,7 @@ import frictopt as fo
 
 
 def machine() -> str:
-    """Model and number of the processors, as far as the system tells."""
+    """Model and number of the processors, as far as the system says."""
     cpuinfo = Path("/proc/cpuinfo")
     lines = cpuinfo.read_text(encoding="utf-8").splitlines() if cpuinfo.is_file() else []
     models = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]

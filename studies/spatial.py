@@ -150,7 +150,7 @@ _STEP = {
     "steps": "increments from corner to corner",
     "dissipation": "work of friction per cycle in the steady state",
     "error": "its distance from that of the reference number of increments, relative",
-    "step_error": "the error that the result itself tells",
+    "step_error": "the error that the result itself gives",
     "cycles": "cycles followed",
 }
 _PROOF = {

@@ -86,7 +86,7 @@ def test_any_cycle_against_linear_programs_of_all_corners(seed, nodes, corners, 
         assert np.isinf(least[limit.to_frame().node[limit.to_frame().how == "never critical"]]).all()
         out = limit.to_frame()[limit.to_frame().how == "left out by its bound"]
         assert (out.load_factor <= least[out.node] * (1 + 1e-8)).all()
-    assert set(limit.to_frame().how) <= {"solved", "never critical", "one corner alone rules"}
+    assert set(limit.to_frame().how) <= {"solved", "never critical", "one corner alone governs"}
 
 
 @pytest.mark.parametrize("friction", [0.3, 1.0, 1.5])

@@ -65,7 +65,7 @@ def test_the_limit_of_a_cylinder_under_constant_pressure_falls_with_the_mesh_to_
         limit = fo.shakedown_limit(contact, fo.LoadCycle({"P": P}, [{"Q": -P}, {"Q": P}]), F)
         node = limit.mechanism["node"].iloc[0]
         assert int((~limit.open).sum()) == 2 * half and limit.open[[node - 1, node + 1]].sum() == 1
-        assert f"node {node} beside the open ones rules, where pressure falls to zero: the limit belongs to the mesh" in limit.reason
+        assert f"node {node} beside the open ones governs, where pressure falls to zero: the limit belongs to the mesh" in limit.reason
         assert "belongs to the mesh" in fo.guaranteed_limit(contact, limit._task.cycle, F).reason
         shares.append(limit.load_factor / (2 * F * (1 - contact.x[node] ** 2)))
         limits.append(limit.load_factor / size)

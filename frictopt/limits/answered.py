@@ -256,7 +256,7 @@ def answered(claim: A, record: SolveRecord, program: Any) -> A:
 
 
 class Rated(Proven):
-    """Base of limits whose motion tells how they change with the loads."""
+    """Base of limits whose motion gives their rates with the loads."""
 
     @property
     def _rated(self) -> bool:

@@ -136,7 +136,7 @@ def _touching(centres: Array, radii: Array) -> list[Array]:
 
 def load_factor_bounds(task: Question) -> Array:
     """(n,) lower bounds of the load factor at which each node can be critical; 0 where nothing is known, inf where it never can."""
-    if task.fixed:  # which corner rules depends on the load factor
+    if task.fixed:  # which corner governs depends on the load factor
         return np.zeros(len(task.friction))
     n, unit = len(task.friction), task.node_unit[:, None]
     net_slips = _net_slips(task, tractions(task))

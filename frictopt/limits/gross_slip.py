@@ -96,7 +96,7 @@ def _of_corners(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts
         unbalanced = f"{only}forces within {bounds} cannot balance {load[none.corner]}: {_moves(task, none)}"
         return _result(task, none, np.nan, f"no load factor has a state of rest, nor has 0: {unbalanced}", answers)
     most = min(answer.value for answer in answers)
-    rules = next(answer for answer in answers if answer.value <= most * (1 + RESIDUAL))
+    governs = next(answer for answer in answers if answer.value <= most * (1 + RESIDUAL))
     lower = list[_Answer]()
     for k in corners:  # without fixed parts none is at 0 if the first one is
         *q, p = r0[k].reshape(-1, system.nodes)
@@ -106,18 +106,18 @@ def _of_corners(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts
     first = max(lower, key=lambda answer: answer.value, default=held)
     least = first.value if lower else 0.0
     if least > most * (1 + RESIDUAL):
-        why = f"no load factor has a state of rest: {only}{load[first.corner]} needs at least {least:.4g}, {load[rules.corner]} at most {most:.4g}"
-        return _result(task, replace(rules, value=np.nan, bound=np.nan), np.nan, why, [*answers, *lower])
-    if rules is held:
+        why = f"no load factor has a state of rest: {only}{load[first.corner]} needs at least {least:.4g}, {load[governs.corner]} at most {most:.4g}"
+        return _result(task, replace(governs, value=np.nan, bound=np.nan), np.nan, why, [*answers, *lower])
+    if governs is held:
         why = "supports hold the bodies: no motion of theirs is left to the contact alone"
     elif most == np.inf:
         why = f"{only}forces within {bounds} balance the loads at all load factors{f' from {least:.4g} on' * (least > 0)}"
     else:
-        unbalanced = f"{only}forces within {bounds} cannot balance {load[rules.corner]}: {_moves(task, rules)}"
+        unbalanced = f"{only}forces within {bounds} cannot balance {load[governs.corner]}: {_moves(task, governs)}"
         why = f"above it no state of rest exists, whatever slips and opens: {unbalanced}"
     if least > 0:
         why += f"; below {least:.4g} nothing balances {load[first.corner]}: {_moves(task, first)}"
-    return _result(task, rules, least, why, [*answers, *lower])
+    return _result(task, governs, least, why, [*answers, *lower])
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,21 +191,21 @@ def _moves(task: Question, answer: _Answer) -> str:
     return moves_told(motion_table(task.system, answer.phi.reshape(-1, task.system.nodes)))
 
 
-def _result(task: Question, rules: _Answer, least: float, reason: str, answers: Sequence[_Answer]) -> GrossSlip:
-    records, phi = [answer.record for answer in answers], rules.phi.reshape(-1, task.system.nodes)
+def _result(task: Question, governs: _Answer, least: float, reason: str, answers: Sequence[_Answer]) -> GrossSlip:
+    records, phi = [answer.record for answer in answers], governs.phi.reshape(-1, task.system.nodes)
     attempts = tuple(attempt for record in records for attempt in record.attempts)
     worst, seconds = max(record.residual for record in records), sum(record.seconds for record in records)
     idle = len(task.cycle.corners) - len({answer.corner for answer in answers})
-    left_out = (f"corners: {idle} of {len(task.cycle.corners)} are within the hull of the others",) if idle and rules.problem else ()
+    left_out = (f"corners: {idle} of {len(task.cycle.corners)} are within the hull of the others",) if idle and governs.problem else ()
     return GrossSlip(
-        load_factor=rules.value,
-        bound=rules.bound,
+        load_factor=governs.value,
+        bound=governs.bound,
         least=least,
-        corner=rules.corner if np.isfinite(rules.phi).all() and rules.phi.any() else -1,
-        loads=task.cycle.corner_names[rules.corner] if rules.phi.any() else "",
+        corner=governs.corner if np.isfinite(governs.phi).all() and governs.phi.any() else -1,
+        loads=task.cycle.corner_names[governs.corner] if governs.phi.any() else "",
         phi=phi,
         motion=motion_table(task.system, phi),
         reason=reason,
-        record=replace(rules.record, attempts=attempts, residual=worst, left_out=left_out, seconds=seconds),
-        problem=rules.problem,
+        record=replace(governs.record, attempts=attempts, residual=worst, left_out=left_out, seconds=seconds),
+        problem=governs.problem,
     )

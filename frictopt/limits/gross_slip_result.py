@@ -14,7 +14,7 @@ from ..solve.problem import Explained
 
 _MOVES = 1e-4  # of the largest motion: what is less is told as none, for answers of cone programs have this error
 _FIT = COUNTS  # of the largest motion, up to which nodes move as one body
-_TOLD = 3  # motions that a reason tells
+_TOLD = 3  # motions that a reason names
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -17,7 +17,7 @@ from .answered import Rated
 from .critical_search import LEFT_OUT, NodeClaim
 from .shakedown_result import ShakedownLimit
 
-ONE_CORNER, NOT_NEEDED, OPEN = "one corner alone rules", "not needed", "open"
+ONE_CORNER, NOT_NEEDED, OPEN = "one corner alone governs", "not needed", "open"
 _WEDGED = "; friction is above the critical value A/|B| of the node, which may wedge itself so that all slip stops above the limit, too"
 _LIFTING = "; starts from which nodes open and close in every cycle may slip for ever below it"
 _LEFT_OUT = {

@@ -39,7 +39,7 @@ def border(system: ContactSystem, opened: Booleans, node: int, p: Array) -> str:
     if opened[node] or apart[opened].min(initial=np.inf) > _BESIDE * apart.min() or pressure[node] > pressure[~opened].mean():
         return ""
     where = f"node {node}{in_contact(system, node)} beside the open ones"
-    return f"; {where} rules, where pressure falls to zero: the limit belongs to the mesh, and falls as elements shrink there"
+    return f"; {where} governs, where pressure falls to zero: the limit belongs to the mesh, and falls as elements shrink there"
 
 
 def stays_closed(task: Question, load_factor: float) -> bool:

@@ -21,7 +21,7 @@ from .question import Question, with_open
 from .shakedown_result import ShakedownLimit
 
 _SHARES = 1.0, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02  # of the friction, with which the mean load may open other nodes
-_RULES = 0.02  # part of the largest motion from which on a node rules
+_GOVERNS = 0.02  # part of the largest motion from which on a node governs
 _GAINS = 1e-7  # relative gain that counts
 _MOST = 60  # programs
 _GROUP, _FEW = 4, 16  # nodes that are flipped at once in space, where more than few of them rule
@@ -102,7 +102,7 @@ def _next_to(best: ShakedownLimit) -> Iterator[Booleans]:
     """
     task = best._task
     moved = best._motion.parts(task.system).sum(axis=(0, 1))
-    ruling = np.argsort(-moved, kind="stable")[: int((moved > _RULES * moved.max()).sum())]
+    ruling = np.argsort(-moved, kind="stable")[: int((moved > _GOVERNS * moved.max()).sum())]
     if not best.open.any():
         pressed = best.reactions[1].min(axis=0) > TOUCHES * task.force
         ruling = ruling[~pressed[ruling] | (task.r0[:, -1, ruling].max(axis=0) < 0)]
@@ -171,7 +171,7 @@ def _nodes(chosen: Booleans) -> Nodes:
 
 
 def _pivots(best: ShakedownLimit, order: Order) -> Iterator[Order]:
-    """Orders next to one, by nodes that want to open or close at a corner, and by events that meet."""
+    """Orders next to one, by nodes that want to open or close at a corner, and by its own events."""
     task, (start, events), sets = best._task, order, order.between
     (u, r), moved = task.states(best.load_factor, best.slip), best._motion.parts(task.system).sum(axis=0)[[0, -1]]
     bare, shut = r[:, -1] <= TOUCHES * task.force, u[:, -1] <= TOUCHES * task.clearance
@@ -186,9 +186,13 @@ def _pivots(best: ShakedownLimit, order: Order) -> Iterator[Order]:
         yield Order(start, (*events, Nodes({node})))
     for node in sorted(_nodes(shut[0] & ruling[0]) & sets[0]):
         yield Order(start - {node}, (Nodes({node}), *events))
-    if not isinstance(task, LiftOff):
-        return
-    meets = np.diff(task.way) <= TOUCHES  # with the corners
+    if isinstance(task, LiftOff):
+        yield from _otherwise(order, np.diff(task.way) <= TOUCHES)
+
+
+def _otherwise(order: Order, meets: Booleans) -> Iterator[Order]:
+    """The same events in another order where they meet, each other or a corner, and with nodes apart that open or close together."""
+    start, events = order
     for m in np.flatnonzero(meets[1:-1]).tolist():
         yield Order(start, (*events[:m], events[m + 1], events[m], *events[m + 2 :]))
         yield Order(start, (*events[:m], *filter(None, [events[m] ^ events[m + 1]]), *events[m + 2 :]))

@@ -109,7 +109,7 @@ def required_friction(
 
 
 def _required(asked: _Asked, slip_bound: Any, bar: Bar) -> RequiredFriction:
-    """The answer, with each friction asked for once; `bar` tells of them."""
+    """The answer, with each friction asked for once; `bar` counts them."""
     started, most, task, load_factor = perf_counter(), 1.0, asked.model._asked, asked.load_factor
     system, cycle, asked.tell = task.system, task.cycle, bar.update
     within, smaller = ("", "") if slip_bound is None else (" within the slip bound", "smaller ")

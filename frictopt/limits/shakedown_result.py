@@ -174,14 +174,14 @@ class ShakedownLimit(Rated):
 
     @property
     def _border(self) -> str:
-        """What it says of the node that rules: of the mesh beside open nodes, see `border`, or that it would be pulled open without slip."""
+        """Words on the node that governs: the mesh beside open nodes, see `border`, or that it would be pulled open without slip."""
         task, node = self._task, self._ruling
         if self.kind is not LimitKind.FINITE:
             return ""
         if task.give is not None:
             return border(task.system, task.open, node, self.reactions[1])
         pulled = self._rated and task.r0[:, -1, node].max() < 0
-        return f"; residual slip alone presses node {node}{in_contact(task.system, node)}, which rules" if pulled else ""
+        return f"; residual slip alone presses node {node}{in_contact(task.system, node)}, which governs" if pulled else ""
 
     @cached_property
     def mechanism(self) -> pd.DataFrame:

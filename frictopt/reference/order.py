@@ -24,7 +24,7 @@ def order_preserving(system: ContactSystem) -> Array:
     Returns
     -------
     Array
-        (N,) coefficients of friction, of which the least one serves for all nodes; inf where nothing limits it, below 0 where none keeps the order.
+        (N,) coefficients of friction, of which the least one holds for all nodes; inf where nothing limits it, below 0 where none keeps the order.
 
     Raises
     ------

@@ -24,11 +24,11 @@ def uncoupled_limit(q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, 
     """Limit lambda_1 = lambda_2 of an uncoupled contact, `B = 0`, or of a proportionally coupled one, `B = D A` with `D = diag(d)`.
 
     With `B = D A` slip enters the law of node i only through its own `t_i = (A v)_i`, as `q += t` and `p += d t`, and `A v = t` has a solution
-    for every `t` when A is positive definite. The nodes are then as many single nodes of stiffness 1 and coupling `d`, and the weakest rules::
+    for every `t` when A is positive definite. The nodes are then as many single nodes of stiffness 1 and coupling `d`, and the weakest governs::
 
         lambda = min over nodes of  f (p0 - d q0) / max(|q1 - f^2 d p1|, f |p1 - d q1|)
 
-    which for `d = 0` is `f p0 / max(|q1|, f |p1|)`, whatever A and q0. The second entry of the maximum rules where the node lifts off rather
+    which for `d = 0` is `f p0 / max(|q1|, f |p1|)`, whatever A and q0. The second entry of the maximum governs where the node lifts off rather
     than slips. In full contact `lambda_1 = lambda_2`: a node slips forward only with `t_i` at its lower bound and backward only at its upper one,
     safe slips lie between the two, so slip never increases the distance from a safe slip in the norm of A.
 
@@ -65,7 +65,7 @@ def uncoupled_limit(q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, 
     if (f * np.abs(d) >= 1).any():
         node = int(np.argmax(f * np.abs(d)))
         raise ModelError(f"f: {f[node]:g} at node {node} is not below the critical friction 1/|d| = {1 / abs(d[node]):g}; give less of either")
-    strength, terms = f * (p0 - d * q0), f * (np.abs(p0) + np.abs(d * q0))  # the size of what cancels tells a strength of zero from a negative one
+    strength, terms = f * (p0 - d * q0), f * (np.abs(p0) + np.abs(d * q0))  # a strength of zero has the rounding of the terms that cancel
     if (strength < -ROUNDING * terms).any():
         return float("nan")
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -226,7 +226,7 @@ def smallest_circle_limit(p0: ArrayLike, q1: ArrayLike, f: ArrayLike) -> float:
     """Limit lambda_2 of an uncoupled contact in three dimensions (B = 0) whose corners change the shear forces alone.
 
     A residual slip moves the shear forces of each node at all corners by the same vector, which is free where A is positive definite. The node is
-    safe if a circle of radius `f p0` holds its corners, so the weakest node rules::
+    safe if a circle of radius `f p0` holds its corners, so the weakest node governs::
 
         lambda = min over nodes of  f p0 / (radius of the smallest circle around the corners' q1)
 

@@ -41,7 +41,7 @@ def _length(system: fo.ContactSystem) -> float:
 
 
 def _start(rng: np.random.Generator, system: fo.ContactSystem, symmetric: bool) -> Any:
-    """No slip, a symmetric one, the same but for one node, or any."""
+    """No slip, a symmetric one, the same apart from one node, or any."""
     slip = rng.normal(size=system.nodes) * _length(system) * rng.choice([0.1, 1.0, 10.0])
     kind = rng.integers(4)
     if kind == 0:
