@@ -532,7 +532,7 @@ FAULTS = (
     Fault("limits/critical_state.py", "the pressure of the others helps", "- fa * p[:, None] for", "+ fa * p[:, None] for", "guaranteed_space"),
     Fault("limits/critical_state.py", "bound of a mechanism that has not settled", "np.where(done & (resistance <", "np.where((resistance <",
           _WITNESS),
-    Fault("limits/safe_slip_result.py", "the limit itself is not safe", "margin >= -max(_NO_MARGIN, self.residual)", "margin >= 0",
+    Fault("limits/safe_slip.py", "the limit itself is not safe", "margin >= -max(_NO_MARGIN, self.residual)", "margin >= 0",
           "slip_bound limit_checks"),
     Fault("transients/onset.py", "open nodes hold as if they were closed", "r = load + moved @ S", "r = load.copy()", "onset"),
     Fault("transients/onset.py", "the onset forgets the settled slip", "joined(state.slip, state.gap - system.gap)",
@@ -713,7 +713,7 @@ FAULTS = (
           "punch scenes"),
     Fault("scenes/punch.py", "the top pulls", "{up: -1.0}", "{up: 1.0}", "models_in_space spatial_limits"),
     # spatial
-    Fault("limits/safe_slip_result.py", "slips of another plane are safe", "margin >= -max(_NO_MARGIN, self.residual)", "margin >= -0.5",
+    Fault("limits/safe_slip.py", "slips of another plane are safe", "margin >= -max(_NO_MARGIN, self.residual)", "margin >= -0.5",
           "spatial_limits"),
     Fault("contact/coulomb.py", "the other root in space", "(root - b) / a", "(root + b) / a", "onset spatial_limits"),
     Fault("contact/system.py", "the initial gap presses", "(*self.reaction(loads)) - self.S", "(*self.reaction(loads)) + self.S", "system"),

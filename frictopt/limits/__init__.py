@@ -11,8 +11,7 @@ from .least_slip import LeastSlip
 from .required_friction import RequiredFriction, required_friction
 from .safe_region import safe_region
 from .safe_region_result import SafeRegion
-from .safe_slip import SafeSlipModel, safe_slip
-from .safe_slip_result import SafeSlip
+from .safe_slip import SafeSlip, SafeSlipModel, safe_slip
 from .safe_vertices import safe_vertices
 from .shakedown import ShakedownModel, shakedown_limit
 from .shakedown_result import ShakedownLimit

@@ -17,8 +17,7 @@ from .answered import Answered, Mechanism
 from .models import most_pressed, unknowns
 from .programs import listed_rows
 from .question import pose
-from .safe_slip import SafeSlipModel
-from .safe_slip_result import SafeSlip
+from .safe_slip import SafeSlip, SafeSlipModel
 
 _PROVEN_FRICTION = 100 * RESIDUAL  # share between the two friction coefficients of a proof that is tried first
 _WIDEST_PROOF = 1e4 * RESIDUAL  # and the largest: a small node has a small part of the margin
