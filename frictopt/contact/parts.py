@@ -46,19 +46,12 @@ def checked_frames(frames: object, n: int, axes: int) -> Array:
     return checked
 
 
-def checked_gap(gap: object, n: int) -> Array:
-    """Check initial gaps; None, or empty: none."""
-    if gap is None or real_array("gap", gap).size == 0:
-        return frozen(np.zeros(n))
-    checked = finite_array("gap", gap, (n,))
-    check_entries("gap", checked, checked >= 0, "the bodies cannot overlap before loading, give gap >= 0")
-    return checked
-
-
-def checked_width(width: object, n: int) -> Array:
-    """Check tributary lengths or areas."""
-    checked = finite_array("width", width, (n,))
-    check_entries("width", checked, checked > 0, "give the length or area that the node collects, > 0")
+def above_zero(name: str, values: object, shape: tuple[int, ...], remedy: str, *, zero: bool = False, none: float | None = None) -> Array:
+    """Check finite numbers of a shape, above 0 or, with `zero`, from 0 on; None, or empty: each is `none`, if that is given."""
+    if none is not None and (values is None or real_array(name, values).size == 0):
+        return frozen(np.full(shape, none))
+    checked = finite_array(name, values, shape)
+    check_entries(name, checked, checked >= 0 if zero else checked > 0, remedy)
     return checked
 
 
@@ -68,16 +61,6 @@ def checked_strength(argument: str, strength: object, n: int) -> Array:
         return frozen(np.full(n, np.inf))
     check_entries(argument, given, given > 0, "give a largest shear > 0, inf for none; a surface that bears none has friction 0")  # NaN is not, too
     return frozen(for_each(argument, given, n))
-
-
-def checked_stretch(argument: str, stretch: object, shape: tuple[int, ...]) -> Array:
-    """Check by how much tangents are stretched, > 0; None, or empty: not at all."""
-    if stretch is None or real_array(argument, stretch).size == 0:
-        return frozen(np.ones(shape))
-    checked = finite_array(argument, stretch, shape)
-    last = checked.reshape(len(checked), -1)[:, -1]
-    check_entries(argument, last, last > 0, "give a ratio above 0")
-    return checked
 
 
 def checked_springs(argument: str, stiffness: object, n: int) -> Array:

@@ -31,6 +31,7 @@ from .parts import joined, parted
 from .result import Plotted, Shown, Table, frame
 from .tolerances import RIGID
 
+_RATIO = "give a ratio above 0"
 _SOFTER = 1e18  # than the bodies, which springs in some directions may be while others are not: beyond, rounding hides what these carry
 
 
@@ -137,7 +138,7 @@ class ContactSystem(Shown, Plotted):
             raise ModelError(f"points: shape {points.shape}; give (N, 2) in the plane or (N, 3) in space")
         S = parts.symmetrised("S", finite_array("S", self.S, (axes * n, axes * n)))
         parts.check_semi_definite("S", S)
-        gap = parts.checked_gap(self.gap, n)
+        gap = parts.above_zero("gap", self.gap, (n,), "the bodies cannot overlap before loading, give gap >= 0", zero=True, none=0.0)
         bonded, L = parts.checked_bonded("bonded", self.bonded, n, axes - 1), self.compliance
         own, scale = np.diag(S).reshape(axes, n), float(np.trace(S) / len(S)) or 1.0
         most = np.where(own.max(axis=0) > 0, own.max(axis=0), scale)
@@ -145,12 +146,12 @@ class ContactSystem(Shown, Plotted):
         vars(self).update(
             frames=parts.checked_frames(self.frames, n, axes),
             contact=None if self.contact is None else checked_contact("contact", self.contact, n),
-            width=None if self.width is None else parts.checked_width(self.width, n),
+            width=None if self.width is None else parts.above_zero("width", self.width, (n,), "give the length or area that the node collects, > 0"),
             E_star=None if self.E_star is None else finite_number("E_star", self.E_star, above=0.0),
             compliance=None if L is None else parts.symmetrised("compliance", finite_array("compliance", L, (len(bonded),) * 2)),
             bolts=parts.checked_bolts("bolts", self.bolts, bonded),
             shear_strength=parts.checked_strength("shear_strength", self.shear_strength, n),
-            stretch=parts.checked_stretch("stretch", self.stretch, self.slip_shape),
+            stretch=parts.above_zero("stretch", self.stretch, self.slip_shape, _RATIO, none=1.0),
             units=checked_units(self.units),
             stiffness_scale=scale,
             own_stiffness=frozen(np.where(own > RIGID * most, own, most).ravel()),
@@ -416,9 +417,8 @@ class ContactSystem(Shown, Plotted):
         checked_round(self, "give one ratio to the system that it was made of")
         if self.tangents == 1:
             raise ModelError("ratio: a contact in the plane has one tangent; give its friction, one or one per node")
-        along = np.ones(self.slip_shape)
-        along[:, 1] = per_node("ratio", ratio, self.nodes)
-        stretch = parts.checked_stretch("ratio", along, self.slip_shape)
+        second = parts.above_zero("ratio", per_node("ratio", ratio, self.nodes), (self.nodes,), _RATIO)
+        stretch = np.column_stack([np.ones(self.nodes), second])
         give = joined(1 / stretch, np.ones(self.nodes))
         bonded = {name: give * joined(*pair) for name, pair in self.bonded.items()}
         return replace(self, S=give[:, None] * self.S * give, bonded=bonded, stretch=stretch)
