@@ -163,7 +163,7 @@ class ContactModel(Shown, Viewed, Vibrating):
         if overlaps := {name: overlap for name, (_, _, overlap) in self._cases.items() if overlap.any()}:
             rigid = rigid.with_interference(overlaps)
         tangential, normal = self._springs
-        return rigid.with_contact_stiffness(tangential=tangential, normal=normal)
+        return rigid.with_contact_stiffness(tangential=tangential, normal=normal) if np.isfinite(self._springs).any() else rigid
 
     def recover(
         self, loads: Mapping[str, float] | Steady, slip: ArrayLike | None = None, gap: ArrayLike | None = None, *, progress: bool = True

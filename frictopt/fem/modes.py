@@ -17,6 +17,7 @@ from ..contact.checks import checked_cases, flags
 from ..contact.parts import compliances
 from ..contact.result import Table, frame
 from ..errors import SolverError
+from . import schur
 from .assembly import Assembly, Load
 from .bodies import Body
 from .bolts import tied_across
@@ -211,8 +212,8 @@ def _shift(parts: Assembly) -> float:
 def _lowest(glued: Glued, M: csr_matrix, T: csr_matrix, front: Integers, shift: float, n: int) -> tuple[Array, Array]:
     """Squares (n,) of angular frequencies, the lowest first, and modes (unknowns, n) of unit modal mass, of a stiffness and a mass M."""
     size = whole_number("n", n, least=1, most=len(front) - 1)
-    inverse = eliminated(glued, csr_matrix(glued.K + shift * M), T, front, keep=True)
-    apply = LinearOperator(M.shape, matvec=lambda force: inverse.solve(np.ravel(force)), dtype=np.float64)
+    _, factors = eliminated(glued, csr_matrix(glued.K + shift * M), T, front, keep=True)
+    apply = LinearOperator(M.shape, matvec=lambda force: schur.solve(factors, np.ravel(force)), dtype=np.float64)
     vectors, start = min(2 * size + _MORE, len(front)), np.random.default_rng(0).normal(size=len(front))
     try:
         squares, y = eigsh(glued.K, size, M, sigma=-shift, OPinv=apply, ncv=vectors, v0=start)
