@@ -120,7 +120,7 @@ FAULTS = (
     Fault("fem/modes.py", "free bodies without a shift", "_SHIFT = 1e-3", "_SHIFT = 0.0", "modes"),
     Fault("fem/modes.py", "the load of a mode is its shape", "frozen(shapes[mode] @ self._masses[name])", "frozen(shapes[mode])", "modes"),
     Fault("fem/modes.py", "a motion along the radius is a translation", "factors * [0.0, 1.0]", "factors * [1.0, 1.0]", "modes"),
-    Fault("fem/mass.py", "mass of a unit of the circumference", "circumference(w.x[0], kinematics) * u", "1.0 * u", "modes"),
+    Fault("fem/modes.py", "mass of a unit of the circumference", "circumference(w.x[0], kinematics) * u", "1.0 * u", "modes"),
     Fault("fem/matrices/job.py", "areas in the order of the deck", "return frozen(areas[nodes])", "return frozen(areas[np.sort(nodes)])", "areas"),
     # reference
     Fault("reference/hertz.py", "slip from the wrong root", "c**2 * np.arccosh(beyond / c)", "c * np.arccosh(beyond / c)", "reference_*"),

@@ -19,8 +19,7 @@ from .cyclic import Cyclic, sector_of
 from .elasticity import Kinematics, body_stiffness, midside_ties
 from .given import same_point
 from .interface import ASKEW, Interface, frames_of, guided, openings, own_directions
-from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction, values_at
-from .mass import NodalForces
+from .loads import BodyForce, Centrifugal, Displacement, Expansion, NodalForces, Pressure, Traction, values_at
 from .rigid import NO_ROWS, assemblies, free_motions, node_graph
 from .supports import Support, along_axes, along_directions, nodes_of, normals_along
 

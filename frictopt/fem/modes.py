@@ -11,18 +11,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import block_diag, csr_matrix, diags
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
+from skfem import BilinearForm
 
 from ..contact import Array, Booleans, Integers, Plotted, Shown, frozen, whole_number
 from ..contact.checks import checked_cases, flags
 from ..contact.parts import compliances
 from ..contact.result import Table, frame
-from ..errors import SolverError
+from ..errors import ModelError, SolverError
 from . import schur
 from .assembly import Assembly, Load
 from .bodies import Body
 from .bolts import tied_across
 from .condense import Glued, eliminated, fronts
-from .mass import NodalForces, body_mass
+from .elasticity import Kinematics, basis_of, circumference
+from .loads import NodalForces
 
 _SHIFT = 1e-3  # of the stiffness towards that of bodies without rigid motions, over (speed of sound / size)^2: below the first mode of most bodies
 _RIGID = 1e-7  # over the shift: the squares of frequencies up to which a motion has none
@@ -189,6 +191,17 @@ def _found(parts: Assembly, springs: tuple[Array, Array], opened: Booleans, n: i
         units=units,
         _masses=masses,
     )
+
+
+def body_mass(name: str, body: Body, kinematics: Kinematics) -> csr_matrix:
+    """(nodes, nodes) consistent mass of a body, the same along each axis; per depth in the plane, axisymmetric that of the whole circumference."""
+    if body.material.density is None:
+        raise ModelError(
+            f"material: body {name!r} has no density, and modes need that of every body; give Material(..., density=), mass per volume, "
+            "such as 7.85e-9 tonne/mm^3 beside N, mm and s"
+        )
+    form = BilinearForm(lambda u, v, w: circumference(w.x[0], kinematics) * u * v)
+    return csr_matrix(body.material.density * form.assemble(basis_of(body.mesh)))
 
 
 def _motions(parts: Assembly, springs: tuple[Array, Array], opened: Booleans) -> tuple[csr_matrix, Integers, Array]:
