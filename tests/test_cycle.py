@@ -264,7 +264,7 @@ def test_a_positive_phase_is_ahead():
 
 
 @refused(
-    ([1.0], {}, "loads: a list; give load case name"),
+    ([1.0], {}, "loads: a list; give a mapping, load case name"),
     ({}, {}, "loads: {}; give at least one load case an amplitude"),
     ({"a": (0.0, 90)}, {}, "give at least one load case an amplitude"),
     ({"a": (1.0,)}, {}, r"loads\['a'\]: \(1.0,\); give its amplitude"),

@@ -379,9 +379,8 @@ class ContactSystem(Shown, Plotted):
         >>> [round(fo.shakedown_limit(each, cycle, friction=0.5).load_factor, 9) for each in (node, node.with_shear_strength(2.5))]
         [2.0, 1.25]
         """
-        if self.width is None:
-            raise ModelError("width: not known, and a strength acts on it; give it, as `condense(..., width=job.areas(pairs[:, 1]))`")
-        return replace(self, shear_strength=parts.checked_strength("strength", strength, self.nodes) * self.width)
+        width = checked_width(self, "a strength acts on it")
+        return replace(self, shear_strength=parts.checked_strength("strength", strength, self.nodes) * width)
 
     def with_orthotropic_friction(self, ratio: ArrayLike) -> Self:
         """Copy for friction that differs along the two tangents: f along the first, `ratio` times f along the second. Theory, eq. (36).
@@ -448,11 +447,7 @@ class ContactSystem(Shown, Plotted):
         ([[0.5]], [[2.0]], [0.5])
         """
         checked_round(self, "give springs of surfaces to the one that it was made of")
-        if self.width is None:
-            raise ModelError(
-                "width: not known, and the springs of a node act on its width; give it, as `condense(..., width=job.areas(pairs[:, 1]))`"
-            )
-        give = parts.compliances(tangential, normal, self.width, self.tangents)
+        give = parts.compliances(tangential, normal, checked_width(self, "the springs of a node act on it"), self.tangents)
         if not give.any():
             return self
         soft = give * self.own_stiffness
@@ -490,6 +485,13 @@ def checked_system(system: object) -> ContactSystem:
         remedy = "call its .condense(), which makes one" if hasattr(system, "condense") else "the condense() of a scene or a model makes one"
         raise ModelError(f"system: a {type(system).__name__}; give a ContactSystem ({remedy})")
     return system
+
+
+def checked_width(system: ContactSystem, why: str) -> Array:
+    """The widths of the nodes of a contact, for what needs them."""
+    if system.width is None:
+        raise ModelError(f"width: not known, and {why}; give it, as `condense(..., width=job.areas(pairs[:, 1]))`")
+    return system.width
 
 
 def checked_round(system: object, remedy: str) -> ContactSystem:

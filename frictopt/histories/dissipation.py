@@ -14,20 +14,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, bar_of, checked_cycle, checked_system, friction_coefficients
-from ..contact.checks import (
-    LARGEST_SEED,
-    Array,
-    check_text,
-    finite_array,
-    finite_numbers,
-    flag,
-    frozen,
-    listed,
-    shown,
-    warns_of_odd_values,
-    whole_number,
-)
+from ..contact import LARGEST_SEED, Array, ContactSystem, LoadCycle, bar_of, checked_cycle, checked_system, flag, friction_coefficients, frozen
+from ..contact.checks import check_text, finite_array, finite_numbers, listed, shown, warns_of_odd_values, whole_number
 from ..errors import ModelError, SolverError, StoreError
 from ..limits import ShakedownLimit, shakedown_limit
 from .runs import Case, Run, execute
@@ -197,8 +185,7 @@ def checked_cycles(cycle: object) -> dict[str, LoadCycle]:
         raise ModelError("cycle: empty; give a LoadCycle, or label -> LoadCycle")
     for label, one in cycle.items():
         check_text("cycle", label, "a printable text", "label ")
-        if not isinstance(one, LoadCycle):
-            raise ModelError(f"cycle[{label!r}]: a {type(one).__name__}; give a LoadCycle(mean=..., corners=[...])")
+        checked_cycle(one, f"cycle[{label!r}]")
     return dict(cycle)
 
 
