@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from typing import Any
 from weakref import WeakSet
 
+from .checks import flag
+
 _FIRST, _EVERY, _DRAWN = 2.0, 5.0, 1.0  # seconds before anything is shown, between two lines, and between two looks of a bar
 
 
@@ -99,7 +101,7 @@ def bar_of(
     bars within each other the outermost one that keeps anything does.
     """
     outer = _here.bars[:]
-    shown = show and sys.stderr is not None and all(bar.shown for bar in outer)
+    shown = flag("progress", show) and sys.stderr is not None and all(bar.shown for bar in outer)
     screen = shown and ("ipykernel.zmqshell" in sys.modules or sys.stderr.isatty())
     bar = Bar(what, unit, total, done, done, best, keeps, shown, screen, bool(outer))
     _here.bars.append(bar)

@@ -12,7 +12,7 @@ from scipy.linalg import LinAlgError
 from scipy.sparse import block_array, csr_matrix, hstack, identity
 from scipy.sparse.csgraph import connected_components
 
-from ..contact import EQUILIBRIUM, SAME_POINT, Array, ContactSystem, Integers, bar_of, checked_cases, checked_contact, finite_array, flag, place
+from ..contact import EQUILIBRIUM, SAME_POINT, Array, ContactSystem, Integers, bar_of, checked_cases, checked_contact, finite_array, place
 from ..errors import ModelError
 from .given import check_forgotten, checked_gap, checked_normals, checked_pairs, checked_rows, checked_stiffness, same_point
 from .interface import Interface, check_course, check_sides, frames_of, guided, half_widths, openings
@@ -157,7 +157,7 @@ def condense(
     motions = free_motions(K, rows, where, body, others)
     interface = interface.sliding(motions, rows)
     glued = Glued(K, rows, where, graph, interface, motions, lambda node: f"node {node} of body {body[node]}", others)
-    with bar_of(flag("progress", progress), "condensation"):
+    with bar_of(progress, "condensation"):
         S, bonded, L = condensed(glued, F)
     return ContactSystem(S, x, bonded, gap=apart, frames=interface.frames, contact=np.array(names), width=widths, compliance=L)
 

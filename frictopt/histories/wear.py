@@ -12,7 +12,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..contact import ContactState, ContactSystem, LoadCycle, bar_of, checked_round, checked_width, friction_coefficients, joined, parted
-from ..contact.checks import Array, finite_number, flag, frozen, per_node, warns_of_odd_values
+from ..contact.checks import Array, finite_number, frozen, per_node, warns_of_odd_values
 from ..contact.diagnosis import in_contact
 from ..contact.result import Plotted, Recorded, SolveRecord
 from ..errors import ModelError, NoContinuation, SolverError
@@ -195,7 +195,7 @@ def wear(
         return ("history", course.history(f"{type(error).__name__}: {error}"), f"{course.cycles:.6g} {where}") if course else None
 
     course: Course | None = None
-    with bar_of(flag("progress", progress), "wear", "jump", best=told, keeps=kept, on=(KeyboardInterrupt, NoContinuation, SolverError)) as bar:
+    with bar_of(progress, "wear", "jump", best=told, keeps=kept, on=(KeyboardInterrupt, NoContinuation, SolverError)) as bar:
         course = Course(per_work, tolerance, settle, settle(system, initial_state))
         while not (reason := course.ended(most)):
             course.jump(most)
