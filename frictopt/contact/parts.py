@@ -28,13 +28,6 @@ def parted(r: Array, axes: int) -> tuple[Array, Array]:
     return (q if axes == 2 else np.stack([q[..., :n], q[..., n:]], axis=-1)), p
 
 
-def check_order(x: Array) -> None:
-    """Check that coordinates along an interface rise."""
-    if (falls := np.diff(x) <= 0).any():
-        i = int(falls.argmax())
-        raise ModelError(f"x: x[{i + 1}] = {x[i + 1]:g} does not exceed x[{i}] = {x[i]:g}; order the nodes along the interface")
-
-
 def checked_frames(frames: object, n: int, axes: int) -> Array:
     """Check the directions of the nodes; None, or empty: the axes."""
     if frames is None or real_array("frames", frames).size == 0:
@@ -116,21 +109,26 @@ def runs(names: Sequence[str] | Names) -> list[slice]:
 
 
 def arc_length(points: Array, frames: Array, contact: Names | None) -> Array:
-    """(N,) coordinates along a tangent that all nodes share and rise along, else arc length from the first node's, contacts one spacing apart."""
+    """(N,) coordinates along a tangent that all nodes share and rise along, else arc length from the first node's, contacts one spacing apart.
+
+    ModelError if they do not rise.
+    """
     pieces = [slice(None)] if contact is None else runs(contact)
-    along = points @ frames[0, 0]
-    if (frames == frames[0]).all() and (len(pieces) == 1 or np.all(np.diff(along) > 0)):
-        return np.asarray(along)
-    x, end = np.empty(len(points)), 0.0
-    for number, piece in enumerate(pieces):
-        p = points[piece]
-        lengths = np.hypot(*np.diff(p, axis=0).T)
-        step = float(lengths.mean()) if len(lengths) else 1.0
-        first = float(frames[0, 0] @ p[0])
-        start = end + step if number else first * (abs(first) > SAME_POINT * lengths.sum())
-        x[piece] = start + np.r_[0.0, np.cumsum(lengths)]
-        end = float(x[piece][-1])
-    return x
+    x = points @ frames[0, 0]
+    if (frames != frames[0]).any() or (len(pieces) > 1 and (np.diff(x) <= 0).any()):
+        end = 0.0
+        for number, piece in enumerate(pieces):
+            p = points[piece]
+            lengths = np.hypot(*np.diff(p, axis=0).T)
+            step = float(lengths.mean()) if len(lengths) else 1.0
+            first = float(frames[0, 0] @ p[0])
+            start = end + step if number else first * (abs(first) > SAME_POINT * lengths.sum())
+            x[piece] = start + np.r_[0.0, np.cumsum(lengths)]
+            end = float(x[piece][-1])
+    if (falls := np.diff(x) <= 0).any():
+        i = int(falls.argmax())
+        raise ModelError(f"x: x[{i + 1}] = {x[i + 1]:g} does not exceed x[{i}] = {x[i]:g}; order the nodes along the interface")
+    return np.asarray(x)
 
 
 def symmetrised(name: str, matrix: Array) -> Array:
