@@ -206,7 +206,7 @@ FAULTS = (
     Fault("fem/faces.py", "areas about the origin", "arms = corners - corners[:, :1]", "arms = corners - (corners.shape[2] == 2) * corners[:, :1]",
           "touching mortar_space"),
     Fault("fem/faces.py", "neighbours are sought for small ones only", "reach + radii[some].max()", "reach", "mortar_space touching"),
-    Fault("fem/contacts.py", "facets that face nothing are let pass", "if share.min() < _FACED else", "if False else", "mortar_space"),
+    Fault("fem/contacts.py", "facets that face nothing are let pass", "if share.min() < FACED else", "if False else", "mortar_space"),
     Fault("fem/contacts.py", "facets that face two places are let pass", "if share.max() > 1 + COUNTS:", "if False:", "mortar_space"),
     Fault("fem/elasticity.py", "midside nodes do not turn with a curved face", "* np.eye(3) - turn)", "* np.eye(3) - 0 * turn)", "quadratic"),
     Fault("fem/elasticity.py", "nodes far off a face are let pass", "_OFF = 0.1", "_OFF = 0.3", "quadratic"),

@@ -173,9 +173,6 @@ def _parts(name: str, load: object) -> list[list[Mapping[str, float]]]:
 
 
 def _range(name: str, case: str, ends: object) -> list[Mapping[str, float]]:
-    pair = listed(name, ends)
-    if len(pair) != 2:
-        raise ModelError(f"{name}: {shown(ends)}; give the pair (least, most)")
-    least = finite_number(f"{name} least", pair[0])
-    most = finite_number(f"{name} most", pair[1], least=least)
+    least, most = finite_array(f"{name} (least, most)", ends, (2,)).tolist()
+    finite_number(f"{name} most", most, least=least)
     return [{case: least}, {case: most}] if most > least else [{case: least}]

@@ -15,12 +15,11 @@ from ..contact import COUNTS, ROUNDING, SAME_POINT, Array, Booleans, Integers, c
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Kinematics, facet_nodes
-from .faces import areas_of, facet_overlaps, facets_around, mortar_projection, sag
+from .faces import FACED, areas_of, faced, facet_overlaps, facets_around, mortar_projection, sag
 from .given import same_point
 from .interface import ASKEW, blocks_of, frames_of
 from .supports import Seam, axis_of, checked_axis
 
-_FACED = 0.5  # least share of each facet of a cut face that lies on the other one: their curved rims may miss each other by their sag
 _WHOLE = 0.9  # least share of all of it
 _MOST = 1000  # sectors of a ring
 
@@ -255,8 +254,7 @@ def _sector(body: Body, cut: Cyclic) -> Sector:
         off = np.maximum(off, cKDTree(back[nodes]).query(x[others])[0].max())
         around, behind = facets_around(mesh, high), facets_around(mesh, low)
         overlaps = facet_overlaps(around, back, behind, x)
-        share = np.bincount(overlaps.facet, overlaps.weights, minlength=len(around)) / np.linalg.norm(areas_of(back[around]), axis=1)
-        if share.min() > _FACED and overlaps.weights.sum() > _WHOLE * np.linalg.norm(areas_of(x[behind]), axis=1).sum():
+        if faced(overlaps, back[around]).min() > FACED and overlaps.weights.sum() > _WHOLE * np.linalg.norm(areas_of(x[behind]), axis=1).sum():
             nodes = np.unique(around)
             places, _ = mortar_projection(overlaps, nodes, len(x))
             off = np.linalg.norm(back[nodes] - places @ x, axis=1)
