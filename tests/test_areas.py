@@ -74,7 +74,7 @@ def test_wear_and_tractions_of_a_deck_know_the_areas(bricks, tmp_path):
     given = (bricks.K, loads, pairs, [0.0, 0.0, 1.0], bricks.unknowns, bricks.points)
     bare, system = fo.condense(*given), fo.condense(*given, width=bricks.areas(pairs[:, 1]))
     cure = r"`condense\(..., width=job.areas\(pairs\[:, 1\]\)\)`"
-    with pytest.raises(fo.ModelError, match=f"system: it has no width, .*{cure}"):
+    with pytest.raises(fo.ModelError, match=f"width: not known, .*{cure}"):
         fo.wear(bare, SHAKE, 0.5, 1.0, coefficient=1e-6)
     with pytest.raises(fo.ModelError, match=f"width: not known, .*{cure}"):
         bare.with_contact_stiffness(normal=1.0)

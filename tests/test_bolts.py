@@ -138,7 +138,7 @@ def asked(mesh=None, section="section", body="bolt", supports=None, contacts=Non
 
 
 BAD = {
-    "bolt: body 'nut' is unknown; this model has ['base', 'bolt']": {"body": "nut"},
+    "bolt: body: 'nut'; give 'base' or 'bolt'": {"body": "nut"},
     "bolt 'bolt': section 'cut' is unknown; this mesh names ['contact', 'foot', 'section', 'side', 'top']": {"section": "cut"},
     "section 'top' has no facets, or facets on the outline": {"section": "top"},
     "section 'bent' is not flat": {"mesh": named(bent=lambda x, y: ((y == 1.5) & (x < 0.1)) | ((x == 0.1) & (y > 1.5))), "section": "bent"},

@@ -57,18 +57,18 @@ BAD_MODELS = {
     "contact 'contact', body 'punch': boundary 'joint' is unknown; this mesh names": {
         "contacts": [fo.Contact("punch", "block", "joint", name="contact")]
     },
-    "contacts: body 'bolt' is unknown; this model has ['block', 'punch']": {"contacts": [fo.Contact("bolt", "block")]},
+    "contacts: body: 'bolt'; give 'punch' or 'block'": {"contacts": [fo.Contact("bolt", "block")]},
     "contact 'contact', at (-1, 0): gap -1; give gaps >= 0": {"contacts": [fo.Contact("punch", "block", gap=lambda x, y: x)]},
     "contact 'contact': gap: the function raised": {"contacts": [fo.Contact("punch", "block", gap=lambda x: x)]},
     "facets inside the body": {"bodies": {**BOTH, "punch": INNER}},
     "contacts: two are called 'contact'": {"contacts": [fo.Contact("punch", "block")] * 2},
     "contacts: none, with 3 bodies": {"bodies": {**BOTH, "wall": WALL}},
     "bodies['punch']: a MeshQuad1; give a Body": {"bodies": {**BOTH, "punch": PUNCH.mesh}},
-    "supports: body 'bolt' is unknown": {"supports": [fo.Support("bolt", "top")]},
+    "supports: body: 'bolt'; give 'punch' or 'block'": {"supports": [fo.Support("bolt", "top")]},
     "no node at (0.0, 5.0)": {"supports": [fo.Support("block", (0.0, 5.0))]},
-    "loads['p']: body 'bolt' is unknown": {"loads": {"p": [fo.Traction("bolt", "top", y=1.0)]}},
+    "loads['p']: body: 'bolt'; give 'punch' or 'block'": {"loads": {"p": [fo.Traction("bolt", "top", y=1.0)]}},
     "loads['p']: boundary 'roof' is unknown": {"loads": {"p": [fo.Traction("punch", "roof", y=1.0)]}},
-    "loads['fit']: contact 'bore' is unknown; this model has ['contact']": {"loads": {"fit": [fo.Interference("bore", 0.1)]}},
+    "loads['fit']: contact: 'bore'; give 'contact'": {"loads": {"fit": [fo.Interference("bore", 0.1)]}},
     "loads['p']: no load; give at least one": {"loads": {"p": []}},
 }
 

@@ -243,7 +243,7 @@ def test_loads_add_up_to_their_integrals():
     (lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: np.ones(3))]}), r"the function gave shape \(3,\)"),
     (lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: x * np.nan)]}), "pressure, of the function: nan at index"),
     (lambda: column(loads={"P": [fo.Pressure("upper", "none")]}), r"loads\['P'\]: boundary 'none' is unknown"),
-    (lambda: column(loads={"P": [fo.BodyForce("none", y=1.0)]}), "body 'none' is unknown"),
+    (lambda: column(loads={"P": [fo.BodyForce("none", y=1.0)]}), "body: 'none'; give"),
     (lambda: column(loads={"P": [fo.Displacement("upper", "top", y=1.0)]}), "moves nodes in y that no support holds"),
     (lambda: column(supports=TOP), r"loads\['P'\]: acts on boundary 'top' of body 'upper' only where supports .*'top', directions='y'"),
     (lambda: column("axisymmetric", {"P": [fo.Pressure("upper", "top")]}, TOP), "load another boundary, or hold less"),

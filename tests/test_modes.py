@@ -14,7 +14,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import frictopt as fo
 from calculix import equation, needs_ccx, run
-from frictopt.fem import mass
+from frictopt.fem import modes as vibration
 from test_calculix_quadratic import deck
 from test_quadratic import dimensions, two_boxes
 
@@ -288,11 +288,11 @@ def test_modes_are_those_of_a_step_of_calculix(tmp_path, kind, tolerance, monkey
     model = fo.ContactModel(bodies, [fo.Support("lower", "far")], {"P": [fo.Pressure("upper", "far")]})
     exact = model.modes(5)
     if kind == "C3D10":
-        monkeypatch.setattr(mass, "basis_of", lambda mesh: Basis(mesh, mesh.elem(), intorder=2))
+        monkeypatch.setattr(vibration, "basis_of", lambda mesh: Basis(mesh, mesh.elem(), intorder=2))
     modes = model.modes(5)
     assert modes.frequency == pytest.approx(frequencies[:5], rel=tolerance) and exact.frequency == pytest.approx(modes.frequency, rel=5e-4)
     moving = {name: body.mesh.p[2] > body.mesh.p[2].min() * (name == "lower") - (name == "upper") for name, body in bodies.items()}
-    sums = {name: mass.body_mass(name, body, "space") @ moving[name] for name, body in bodies.items()}  # CalculiX moves what is free
+    sums = {name: vibration.body_mass(name, body, "space") @ moving[name] for name, body in bodies.items()}  # CalculiX moves what is free
     taken = sum(modes.shapes[name] @ sums[name] for name in bodies) ** 2
     assert np.allclose(taken, masses[:5], rtol=0, atol=tolerance * modes.mass)
     assert np.allclose(taken, modes.effective_mass, rtol=0, atol=0.05 * modes.mass)  # ours moves the support, too

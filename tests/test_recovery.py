@@ -142,9 +142,9 @@ def test_a_steady_state_is_recovered_at_its_last_corner(name, mean, corner):
     (lambda model, fields: model.recover({"P": 1.0}), "slip: None; give the slip .*or a steady state"),
     (lambda model, fields: model.recover({"none": 1.0}, np.zeros(9)), "load case 'none': unknown"),
     (lambda model, fields: fields.at_contact(3), "side: 3"),
-    (lambda model, fields: fields.stress_of("none", "xx"), "body: 'none' is unknown"),
+    (lambda model, fields: fields.stress_of("none", "xx"), "body: 'none'; give"),
     (lambda model, fields: fields.stress_of("punch", "xz"), "component: 'xz'; give 'xx' or 'yy' or 'xy' or 'zz' or 'von Mises'"),
-    (lambda model, fields: fields.save("x.vtu", "none"), "body: 'none' is unknown"),
+    (lambda model, fields: fields.save("x.vtu", "none"), "body: 'none'; give"),
     (lambda model, fields: fields.save("nowhere/x.vtu", "punch"), "cannot be written"),
     (lambda model, fields: fields.save("x.odd", "punch"), "cannot be written"),
 )

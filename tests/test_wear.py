@@ -184,7 +184,7 @@ def test_bad_input_is_refused_by_name(options):
 
 def test_a_contact_without_width_or_friction_is_refused():
     bare = fo.ContactSystem.from_blocks(**fo.reference.half_plane_contact(4, 1.0, 1.0))
-    with pytest.raises(fo.ModelError, match="it has no width"):
+    with pytest.raises(fo.ModelError, match="width: not known"):
         fo.wear(bare, *COARSE[1:], coefficient=1e-3)
     f = np.where(np.arange(32) == 3, 0.0, F)
     with pytest.raises(fo.ModelError, match="friction: 0 at node 3"):

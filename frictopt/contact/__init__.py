@@ -33,5 +33,5 @@ from .cycle import LoadCycle, checked_cycle
 from .parts import joined, parted
 from .progress import Bar, bar_of
 from .result import Attempt, Kept, LimitKind, Outcome, Plotted, Recorded, Shown, SolveRecord, Table, components, frame, places
-from .system import ContactSystem, checked_plane, checked_round, checked_system, checked_uncapped, reactions
+from .system import ContactSystem, checked_plane, checked_round, checked_system, checked_uncapped, checked_width, reactions
 from .tolerances import *

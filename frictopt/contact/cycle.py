@@ -269,8 +269,8 @@ def _text(loads: Sequence[Mapping[str, float]]) -> str:
     return f"[{shown}, ... {len(loads)} in all]" if len(loads) > _SHOWN else f"[{shown}]"
 
 
-def checked_cycle(cycle: object) -> LoadCycle:
-    """Check that `cycle` is a load cycle."""
+def checked_cycle(cycle: object, name: str = "cycle") -> LoadCycle:
+    """Check that `cycle` is a load cycle; error messages call it `name`."""
     if not isinstance(cycle, LoadCycle):
-        raise ModelError(f"cycle: a {type(cycle).__name__}; give a LoadCycle(mean=..., corners=[...])")
+        raise ModelError(f"{name}: a {type(cycle).__name__}; give a LoadCycle(mean=..., corners=[...])")
     return cycle

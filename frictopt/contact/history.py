@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import ModelError
-from .checks import Array, check_name, checked_loads, choice, finite_array, finite_number, listed, shown, whole_number
+from .checks import Array, check_name, checked_cases, checked_loads, choice, finite_array, finite_number, listed, shown, whole_number
 from .result import Table
 
 _ROUNDING = 4 * np.finfo(float).eps  # distance from the straight segment, over the largest amplitude of the load case, that counts as rounding
@@ -123,9 +123,8 @@ def _clock(names: Iterable[Hashable]) -> str | None:
 
 def harmonic_corners(loads: object, points: object) -> list[dict[str, float]]:
     """Corners on the ellipse of loads that vary as cosines, the two ends of their way where all are in phase or opposed; see `LoadCycle.harmonic`."""
-    if not isinstance(loads, Mapping):
-        raise ModelError(f"loads: a {type(loads).__name__}; give load case name -> amplitude, or (amplitude, phase in degrees)")
-    waves, count = {name: _wave(name, given) for name, given in loads.items()}, whole_number("points", points, least=3, most=_MOST_CORNERS)
+    cases = checked_cases("loads", loads, "amplitude, or (amplitude, phase in degrees)")
+    waves, count = {name: _wave(name, given) for name, given in cases.items()}, whole_number("points", points, least=3, most=_MOST_CORNERS)
     phases = np.radians([phase for size, phase in waves.values() if size])
     if not len(phases):
         raise ModelError(f"loads: {shown(loads)}; give at least one load case an amplitude other than 0")
@@ -138,7 +137,6 @@ def harmonic_corners(loads: object, points: object) -> list[dict[str, float]]:
 
 def _wave(name: str, given: object) -> tuple[float, float]:
     """Amplitude and phase of one load."""
-    check_name("loads", name)
     pair = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else [given, 0.0]
     if len(pair) != 2:
         raise ModelError(f"loads[{name!r}]: {shown(given)}; give its amplitude, or (amplitude, phase in degrees)")
@@ -165,9 +163,7 @@ def independent_corners(loads: Sequence[object]) -> list[dict[str, float]]:
 def _parts(name: str, load: object) -> list[list[Mapping[str, float]]]:
     """The independent parts of one load: each load case of a box by itself, or the corners of a polytope."""
     if isinstance(load, Mapping):
-        for case in load:
-            check_name(name, case)
-        return [_range(f"{name}[{case!r}]", case, ends) for case, ends in load.items()]
+        return [_range(f"{name}[{case!r}]", case, ends) for case, ends in checked_cases(name, load, "(least, most)").items()]
     if isinstance(load, str):
         raise ModelError(f"{name}: {shown(load)}; give its range, {{{load!r}: (least, most)}}")
     corners = [checked_loads(f"{name}[{number}]", corner) for number, corner in enumerate(listed(name, load))]
@@ -177,9 +173,6 @@ def _parts(name: str, load: object) -> list[list[Mapping[str, float]]]:
 
 
 def _range(name: str, case: str, ends: object) -> list[Mapping[str, float]]:
-    pair = listed(name, ends)
-    if len(pair) != 2:
-        raise ModelError(f"{name}: {shown(ends)}; give the pair (least, most)")
-    least = finite_number(f"{name} least", pair[0])
-    most = finite_number(f"{name} most", pair[1], least=least)
+    least, most = finite_array(f"{name} (least, most)", ends, (2,)).tolist()
+    finite_number(f"{name} most", most, least=least)
     return [{case: least}, {case: most}] if most > least else [{case: least}]

@@ -28,13 +28,6 @@ def parted(r: Array, axes: int) -> tuple[Array, Array]:
     return (q if axes == 2 else np.stack([q[..., :n], q[..., n:]], axis=-1)), p
 
 
-def check_order(x: Array) -> None:
-    """Check that coordinates along an interface rise."""
-    if (falls := np.diff(x) <= 0).any():
-        i = int(falls.argmax())
-        raise ModelError(f"x: x[{i + 1}] = {x[i + 1]:g} does not exceed x[{i}] = {x[i]:g}; order the nodes along the interface")
-
-
 def checked_frames(frames: object, n: int, axes: int) -> Array:
     """Check the directions of the nodes; None, or empty: the axes."""
     if frames is None or real_array("frames", frames).size == 0:
@@ -46,19 +39,12 @@ def checked_frames(frames: object, n: int, axes: int) -> Array:
     return checked
 
 
-def checked_gap(gap: object, n: int) -> Array:
-    """Check initial gaps; None, or empty: none."""
-    if gap is None or real_array("gap", gap).size == 0:
-        return frozen(np.zeros(n))
-    checked = finite_array("gap", gap, (n,))
-    check_entries("gap", checked, checked >= 0, "the bodies cannot overlap before loading, give gap >= 0")
-    return checked
-
-
-def checked_width(width: object, n: int) -> Array:
-    """Check tributary lengths or areas."""
-    checked = finite_array("width", width, (n,))
-    check_entries("width", checked, checked > 0, "give the length or area that the node collects, > 0")
+def above_zero(name: str, values: object, shape: tuple[int, ...], remedy: str, *, zero: bool = False, none: float | None = None) -> Array:
+    """Check finite numbers of a shape, above 0 or, with `zero`, from 0 on; None, or empty: each is `none`, if that is given."""
+    if none is not None and (values is None or real_array(name, values).size == 0):
+        return frozen(np.full(shape, none))
+    checked = finite_array(name, values, shape)
+    check_entries(name, checked, checked >= 0 if zero else checked > 0, remedy)
     return checked
 
 
@@ -68,16 +54,6 @@ def checked_strength(argument: str, strength: object, n: int) -> Array:
         return frozen(np.full(n, np.inf))
     check_entries(argument, given, given > 0, "give a largest shear > 0, inf for none; a surface that bears none has friction 0")  # NaN is not, too
     return frozen(for_each(argument, given, n))
-
-
-def checked_stretch(argument: str, stretch: object, shape: tuple[int, ...]) -> Array:
-    """Check by how much tangents are stretched, > 0; None, or empty: not at all."""
-    if stretch is None or real_array(argument, stretch).size == 0:
-        return frozen(np.ones(shape))
-    checked = finite_array(argument, stretch, shape)
-    last = checked.reshape(len(checked), -1)[:, -1]
-    check_entries(argument, last, last > 0, "give a ratio above 0")
-    return checked
 
 
 def checked_springs(argument: str, stiffness: object, n: int) -> Array:
@@ -133,21 +109,26 @@ def runs(names: Sequence[str] | Names) -> list[slice]:
 
 
 def arc_length(points: Array, frames: Array, contact: Names | None) -> Array:
-    """(N,) coordinates along a tangent that all nodes share and rise along, else arc length from the first node's, contacts one spacing apart."""
+    """(N,) coordinates along a tangent that all nodes share and rise along, else arc length from the first node's, contacts one spacing apart.
+
+    ModelError if they do not rise.
+    """
     pieces = [slice(None)] if contact is None else runs(contact)
-    along = points @ frames[0, 0]
-    if (frames == frames[0]).all() and (len(pieces) == 1 or np.all(np.diff(along) > 0)):
-        return np.asarray(along)
-    x, end = np.empty(len(points)), 0.0
-    for number, piece in enumerate(pieces):
-        p = points[piece]
-        lengths = np.hypot(*np.diff(p, axis=0).T)
-        step = float(lengths.mean()) if len(lengths) else 1.0
-        first = float(frames[0, 0] @ p[0])
-        start = end + step if number else first * (abs(first) > SAME_POINT * lengths.sum())
-        x[piece] = start + np.r_[0.0, np.cumsum(lengths)]
-        end = float(x[piece][-1])
-    return x
+    x = points @ frames[0, 0]
+    if (frames != frames[0]).any() or (len(pieces) > 1 and (np.diff(x) <= 0).any()):
+        end = 0.0
+        for number, piece in enumerate(pieces):
+            p = points[piece]
+            lengths = np.hypot(*np.diff(p, axis=0).T)
+            step = float(lengths.mean()) if len(lengths) else 1.0
+            first = float(frames[0, 0] @ p[0])
+            start = end + step if number else first * (abs(first) > SAME_POINT * lengths.sum())
+            x[piece] = start + np.r_[0.0, np.cumsum(lengths)]
+            end = float(x[piece][-1])
+    if (falls := np.diff(x) <= 0).any():
+        i = int(falls.argmax())
+        raise ModelError(f"x: x[{i + 1}] = {x[i + 1]:g} does not exceed x[{i}] = {x[i]:g}; order the nodes along the interface")
+    return np.asarray(x)
 
 
 def symmetrised(name: str, matrix: Array) -> Array:

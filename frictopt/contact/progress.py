@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from typing import Any
 from weakref import WeakSet
 
+from .checks import flag
+
 _FIRST, _EVERY, _DRAWN = 2.0, 5.0, 1.0  # seconds before anything is shown, between two lines, and between two looks of a bar
 
 
@@ -30,15 +32,14 @@ class Bar:
     unit: str
     total: int | None
     done: int
+    count: int
     best: Callable[[], str]
     keeps: Callable[[Any], tuple[str, object, str] | None] | None
     shown: bool
+    screen: bool
     within: bool
     started: float = field(default_factory=time.time)
     drawn: Any = None
-
-    def __post_init__(self) -> None:
-        self.count, self.screen = self.done, self.shown and ("ipykernel.zmqshell" in sys.modules or sys.stderr.isatty())
 
     def update(self, count: int = 1) -> None:
         """So many more are done."""
@@ -100,8 +101,9 @@ def bar_of(
     bars within each other the outermost one that keeps anything does.
     """
     outer = _here.bars[:]
-    shown = show and sys.stderr is not None and all(bar.shown for bar in outer)
-    bar = Bar(what, unit, total, done, best, keeps, shown, bool(outer))
+    shown = flag("progress", show) and sys.stderr is not None and all(bar.shown for bar in outer)
+    screen = shown and ("ipykernel.zmqshell" in sys.modules or sys.stderr.isatty())
+    bar = Bar(what, unit, total, done, done, best, keeps, shown, screen, bool(outer))
     _here.bars.append(bar)
     try:
         if shown:

@@ -102,7 +102,7 @@ class Kept(Shown):
         >>> fo.results.load(file).load_factor == limit.load_factor
         True
         """
-        import_module("frictopt.histories.kept").save(self, path)  # here, for it knows all kinds of results
+        import_module("frictopt.histories.results").save(self, path)  # here, for it knows all kinds of results
 
 
 class LimitKind(Enum):

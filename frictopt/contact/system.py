@@ -31,6 +31,7 @@ from .parts import joined, parted
 from .result import Plotted, Shown, Table, frame
 from .tolerances import RIGID
 
+_RATIO = "give a ratio above 0"
 _SOFTER = 1e18  # than the bodies, which springs in some directions may be while others are not: beyond, rounding hides what these carry
 
 
@@ -137,7 +138,7 @@ class ContactSystem(Shown, Plotted):
             raise ModelError(f"points: shape {points.shape}; give (N, 2) in the plane or (N, 3) in space")
         S = parts.symmetrised("S", finite_array("S", self.S, (axes * n, axes * n)))
         parts.check_semi_definite("S", S)
-        gap = parts.checked_gap(self.gap, n)
+        gap = parts.above_zero("gap", self.gap, (n,), "the bodies cannot overlap before loading, give gap >= 0", zero=True, none=0.0)
         bonded, L = parts.checked_bonded("bonded", self.bonded, n, axes - 1), self.compliance
         own, scale = np.diag(S).reshape(axes, n), float(np.trace(S) / len(S)) or 1.0
         most = np.where(own.max(axis=0) > 0, own.max(axis=0), scale)
@@ -145,18 +146,18 @@ class ContactSystem(Shown, Plotted):
         vars(self).update(
             frames=parts.checked_frames(self.frames, n, axes),
             contact=None if self.contact is None else checked_contact("contact", self.contact, n),
-            width=None if self.width is None else parts.checked_width(self.width, n),
+            width=None if self.width is None else parts.above_zero("width", self.width, (n,), "give the length or area that the node collects, > 0"),
             E_star=None if self.E_star is None else finite_number("E_star", self.E_star, above=0.0),
             compliance=None if L is None else parts.symmetrised("compliance", finite_array("compliance", L, (len(bonded),) * 2)),
             bolts=parts.checked_bolts("bolts", self.bolts, bonded),
             shear_strength=parts.checked_strength("shear_strength", self.shear_strength, n),
-            stretch=parts.checked_stretch("stretch", self.stretch, self.slip_shape),
+            stretch=parts.above_zero("stretch", self.stretch, self.slip_shape, _RATIO, none=1.0),
             units=checked_units(self.units),
             stiffness_scale=scale,
             own_stiffness=frozen(np.where(own > RIGID * most, own, most).ravel()),
         )
         if axes == 2:
-            parts.check_order(self.x)
+            _ = self.x  # which rises
 
     @classmethod
     def from_blocks(
@@ -378,9 +379,8 @@ class ContactSystem(Shown, Plotted):
         >>> [round(fo.shakedown_limit(each, cycle, friction=0.5).load_factor, 9) for each in (node, node.with_shear_strength(2.5))]
         [2.0, 1.25]
         """
-        if self.width is None:
-            raise ModelError("width: not known, and a strength acts on it; give it, as `condense(..., width=job.areas(pairs[:, 1]))`")
-        return replace(self, shear_strength=parts.checked_strength("strength", strength, self.nodes) * self.width)
+        width = checked_width(self, "a strength acts on it")
+        return replace(self, shear_strength=parts.checked_strength("strength", strength, self.nodes) * width)
 
     def with_orthotropic_friction(self, ratio: ArrayLike) -> Self:
         """Copy for friction that differs along the two tangents: f along the first, `ratio` times f along the second. Theory, eq. (36).
@@ -416,9 +416,8 @@ class ContactSystem(Shown, Plotted):
         checked_round(self, "give one ratio to the system that it was made of")
         if self.tangents == 1:
             raise ModelError("ratio: a contact in the plane has one tangent; give its friction, one or one per node")
-        along = np.ones(self.slip_shape)
-        along[:, 1] = per_node("ratio", ratio, self.nodes)
-        stretch = parts.checked_stretch("ratio", along, self.slip_shape)
+        second = parts.above_zero("ratio", per_node("ratio", ratio, self.nodes), (self.nodes,), _RATIO)
+        stretch = np.column_stack([np.ones(self.nodes), second])
         give = joined(1 / stretch, np.ones(self.nodes))
         bonded = {name: give * joined(*pair) for name, pair in self.bonded.items()}
         return replace(self, S=give[:, None] * self.S * give, bonded=bonded, stretch=stretch)
@@ -448,11 +447,7 @@ class ContactSystem(Shown, Plotted):
         ([[0.5]], [[2.0]], [0.5])
         """
         checked_round(self, "give springs of surfaces to the one that it was made of")
-        if self.width is None:
-            raise ModelError(
-                "width: not known, and the springs of a node act on its width; give it, as `condense(..., width=job.areas(pairs[:, 1]))`"
-            )
-        give = parts.compliances(tangential, normal, self.width, self.tangents)
+        give = parts.compliances(tangential, normal, checked_width(self, "the springs of a node act on it"), self.tangents)
         if not give.any():
             return self
         soft = give * self.own_stiffness
@@ -490,6 +485,13 @@ def checked_system(system: object) -> ContactSystem:
         remedy = "call its .condense(), which makes one" if hasattr(system, "condense") else "the condense() of a scene or a model makes one"
         raise ModelError(f"system: a {type(system).__name__}; give a ContactSystem ({remedy})")
     return system
+
+
+def checked_width(system: ContactSystem, why: str) -> Array:
+    """The widths of the nodes of a contact, for what needs them."""
+    if system.width is None:
+        raise ModelError(f"width: not known, and {why}; give it, as `condense(..., width=job.areas(pairs[:, 1]))`")
+    return system.width
 
 
 def checked_round(system: object, remedy: str) -> ContactSystem:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import block_diag, csr_matrix, diags, identity, vstack
 from scipy.sparse.csgraph import connected_components
 
-from ..contact import ROUNDING, SAME_POINT, Array, Booleans, Integers, first_of, place, shown
+from ..contact import ROUNDING, SAME_POINT, Array, Booleans, Integers, choice, first_of, place, shown
 from ..errors import ModelError
 from .bodies import Body
 from .bolts import BoltPreload, Cut, cut_bodies, released
@@ -18,11 +18,10 @@ from .contacts import Contact, Interference, check_touching, joined, shares
 from .cyclic import Cyclic, sector_of
 from .elasticity import Kinematics, body_stiffness, midside_ties
 from .given import same_point
-from .interface import ASKEW, Interface, frames_of, guided, openings, own_directions
-from .loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction, values_at
-from .mass import NodalForces
+from .interface import ASKEW, Interface, blocks_of, frames_of, guided, openings, own_directions
+from .loads import BodyForce, Centrifugal, Displacement, Expansion, NodalForces, Pressure, Traction, values_at
 from .rigid import NO_ROWS, assemblies, free_motions, node_graph
-from .supports import Support, along_axes, along_directions, nodes_of, normals_along
+from .supports import Support, along_axes, nodes_of, normals_along
 
 Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Displacement | Interference | BoltPreload | NodalForces
 
@@ -73,7 +72,10 @@ class Assembly:
 
     def turned(self, R: csr_matrix) -> csr_matrix:
         """A matrix of displacements along the axes, with columns for those along `directions` instead."""
-        return along_directions(R, self.rows, self.directions) if len(self.oblique) else R
+        if not len(self.oblique):
+            return R
+        by_rows = csr_matrix((np.ones(self.rows.size), (np.arange(self.rows.size), self.rows.ravel())), shape=R.shape)
+        return csr_matrix(R @ by_rows.T @ blocks_of(self.directions.swapaxes(1, 2)) @ by_rows)
 
     @cached_property
     def glued(self) -> Glued:
@@ -85,9 +87,7 @@ class Assembly:
 
     def body(self, argument: str, name: str) -> Body:
         """The body of that name."""
-        if name not in self.bodies:
-            raise ModelError(f"{argument}: body {name!r} is unknown; this model has {sorted(self.bodies)}")
-        return self.bodies[name]
+        return self.bodies[choice(f"{argument}: body", name, self.bodies)]
 
     def _called(self, node: int) -> str:
         """The number of a node in the mesh of its body, in words."""
@@ -235,9 +235,7 @@ class Assembly:
         forces, moved, amounts = np.zeros(self.points.size), np.full(self.points.size, np.nan), dict.fromkeys(self.names, 0.0)
         for part in parts:
             if isinstance(part, Interference):
-                if part.contact not in amounts:
-                    raise ModelError(f"{argument}: contact {part.contact!r} is unknown; this model has {self.names}")
-                amounts[part.contact] += part.amount
+                amounts[choice(f"{argument}: contact", part.contact, amounts)] += part.amount
             elif isinstance(part, Displacement):
                 self._move(argument, part, moved)
             elif not (isinstance(part, BoltPreload) and part.locked):

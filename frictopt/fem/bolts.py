@@ -8,8 +8,7 @@ import numpy as np
 from scipy.sparse import csr_matrix, hstack
 from skfem import Mesh
 
-from ..contact import Array, Integers, finite_number
-from ..contact.checks import flag
+from ..contact import Array, Integers, choice, finite_number, flag
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Kinematics, boundary_forces, facet_nodes, parts_of, points_from
@@ -117,9 +116,7 @@ def cut_bodies(bodies: Mapping[str, Body], bolts: Sequence[BoltPreload], kinemat
     """The bodies with the sections of bolts cut, the nodes of the far faces last of the corners, and the cuts."""
     found, cuts = dict(bodies), []
     for bolt in bolts:
-        name, section = bolt.body, bolt.section
-        if name not in found:
-            raise ModelError(f"bolt: body {name!r} is unknown; this model has {sorted(found)}")
+        name, section = choice("bolt: body", bolt.body, found), bolt.section
         mesh, start = found[name].mesh, f"bolt {name!r}: section {section!r}"
         if section not in (mesh.boundaries or {}):
             raise ModelError(f"{start} is unknown; this mesh names {sorted(mesh.boundaries or {})}")

@@ -12,12 +12,12 @@ from scipy.linalg import LinAlgError
 from scipy.sparse import block_array, csr_matrix, hstack, identity
 from scipy.sparse.csgraph import connected_components
 
-from ..contact import EQUILIBRIUM, Array, ContactSystem, Integers, bar_of, checked_cases, checked_contact, finite_array, flag, place
+from ..contact import EQUILIBRIUM, SAME_POINT, Array, ContactSystem, Integers, bar_of, checked_cases, checked_contact, finite_array, place
 from ..errors import ModelError
 from .given import check_forgotten, checked_gap, checked_normals, checked_pairs, checked_rows, checked_stiffness, same_point
 from .interface import Interface, check_course, check_sides, frames_of, guided, half_widths, openings
-from .rigid import balanced, check_supports, free_motions, node_graph, slips_of
-from .schur import Elimination, nested_dissection
+from .rigid import balanced, check_supports, free_motions, node_graph
+from .schur import Factor, eliminate, nested_dissection
 
 _MANY = 300  # displacements that a rotation may be joined to, those of the elements at its node; a mode of a body is joined to more
 
@@ -157,7 +157,7 @@ def condense(
     motions = free_motions(K, rows, where, body, others)
     interface = interface.sliding(motions, rows)
     glued = Glued(K, rows, where, graph, interface, motions, lambda node: f"node {node} of body {body[node]}", others)
-    with bar_of(flag("progress", progress), "condensation"):
+    with bar_of(progress, "condensation"):
         S, bonded, L = condensed(glued, F)
     return ContactSystem(S, x, bonded, gap=apart, frames=interface.frames, contact=np.array(names), width=widths, compliance=L)
 
@@ -180,11 +180,14 @@ def condensed(glued: Glued, loads: Mapping[str, Array]) -> tuple[Array, dict[str
     """Stiffness S (k, k) of the relative motions, direction by direction; of load cases the reactions (k,) that hold these, and the compliance."""
     K, interface, motions = glued.K, glued.interface, glued.motions
     check_supports(K, glued.unknowns, glued.points, glued.graph, interface, glued.generalised)
-    relative = slips_of(motions, interface, glued.unknowns)
+    relative = interface.relative(motions, glued.unknowns)
+    sizes = np.linalg.svd(relative, compute_uv=False)
+    if len(sizes) < relative.shape[1] or (sizes[-1:] <= SAME_POINT * sizes[:1]).any():
+        raise ModelError("supports: a body can turn about its contact, or move without moving there; hold it, or give the contact more nodes")
     F = np.reshape([*loads.values()], (-1, K.shape[0])).T
     T, front = fronts(glued)
     inside, forces = csr_matrix(T.T @ K @ T), csr_matrix(T.T @ F)
-    left = eliminated(glued, block_array([[inside, forces], [forces.T, None]], format="csr"), T, front).S
+    left, _ = eliminated(glued, block_array([[inside, forces], [forces.T, None]], format="csr"), T, front)
     k = interface.frames[..., 0].size
     S, R = balanced(left[:k, :k], -left[:k, k:], F, motions, relative)
     largest = np.abs(S).max()
@@ -207,7 +210,8 @@ def fronts(glued: Glued) -> tuple[csr_matrix, Integers]:
     own = columns >= 0
     present = np.flatnonzero(own.any(axis=1))
     of_node = np.zeros(len(columns), dtype=np.intp)
-    of_node[present] = nested_dissection(interface.glued_graph(glued.graph)[present][:, present], glued.points[present].T)
+    image = interface.spread != 0
+    of_node[present] = nested_dissection(csr_matrix(image.T @ glued.graph @ image)[present][:, present], glued.points[present].T)
     front = np.full(T.shape[1], -1)
     front[columns[own]] = np.broadcast_to(of_node[:, None], columns.shape)[own]
     if len(generalised):  # each of them with the displacement that it is joined to most; after all if it is joined to many
@@ -219,10 +223,10 @@ def fronts(glued: Glued) -> tuple[csr_matrix, Integers]:
     return T, front
 
 
-def eliminated(glued: Glued, matrix: csr_matrix, T: csr_matrix, front: Integers, *, keep: bool = False) -> Elimination:
-    """The elimination of the y of `fronts` from a matrix of them, and of more unknowns that are kept; `keep` its factors."""
+def eliminated(glued: Glued, matrix: csr_matrix, T: csr_matrix, front: Integers, *, keep: bool = False) -> tuple[Array, list[Factor]]:
+    """The elimination of the y of `fronts` from a matrix of them, and of more unknowns that are kept, see `eliminate`."""
     try:
-        return Elimination(matrix, np.r_[front, np.full(matrix.shape[0] - len(front), -1)], keep=keep)
+        return eliminate(matrix, np.r_[front, np.full(matrix.shape[0] - len(front), -1)], keep=keep)
     except LinAlgError as error:
         row = int(abs(csr_matrix(T[:, error.args[0]])).argmax())
         node = np.flatnonzero((glued.unknowns == row).any(axis=1))

@@ -19,12 +19,11 @@ from ..contact.parts import checked_springs
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Kinematics, circumference, parts_of
-from .faces import Overlaps, areas_of, course, facet_overlaps, facets_around, mortar_projection, node_normals, sag
+from .faces import FACED, Overlaps, areas_of, course, faced, facet_overlaps, facets_around, mortar_projection, node_normals, sag
 from .given import same_point
 from .loads import Part, values_at
 
 _SMOOTH = 0.9  # least cosine between normals of faces that go on as one: sharp corners have less, meshes of curved faces more
-_FACED = 0.5  # least share of a facet of body 1 that faces body 2: the ends and rims of round faces miss each other by their sag
 
 
 @dataclass(frozen=True)
@@ -168,8 +167,8 @@ def _initial_gap(contact: Contact, points: Array, opening: Array, normals: Array
 
 def _check_faced(contact: Contact, overlaps: Overlaps, one: Array) -> None:
     """Check that facets (m, corners, 3) of body 1 face those of body 2, once, and each with half of its area or more."""
-    share = np.bincount(overlaps.facet, overlaps.weights, minlength=len(one)) / np.linalg.norm(areas_of(one), axis=1)
-    i, few = (int(share.argmin()), True) if share.min() < _FACED else (int(share.argmax()), False)
+    share = faced(overlaps, one)
+    i, few = (int(share.argmin()), True) if share.min() < FACED else (int(share.argmax()), False)
     start = f"contact {contact.name!r}: the face of body {contact.body_1!r} around {place(one[i].mean(axis=0))} faces"
     if few:
         raise ModelError(

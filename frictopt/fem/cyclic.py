@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,12 +15,11 @@ from ..contact import COUNTS, ROUNDING, SAME_POINT, Array, Booleans, Integers, c
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Kinematics, facet_nodes
-from .faces import areas_of, facet_overlaps, facets_around, mortar_projection, sag
+from .faces import FACED, areas_of, faced, facet_overlaps, facets_around, mortar_projection, sag
 from .given import same_point
 from .interface import ASKEW, blocks_of, frames_of
 from .supports import Seam, axis_of, checked_axis
 
-_FACED = 0.5  # least share of each facet of a cut face that lies on the other one: their curved rims may miss each other by their sag
 _WHOLE = 0.9  # least share of all of it
 _MOST = 1000  # sectors of a ring
 
@@ -202,11 +201,11 @@ def sector_of(cuts: Sequence[Cyclic], bodies: Mapping[str, Body], kinematics: Ki
     """The nodes of all bodies, one body after the other, that follow others; None if no body is cut."""
     if cuts and kinematics == "axisymmetric":
         raise ModelError(f"supports: {cuts[0]} in an axisymmetric model, which is the whole ring; leave it out, or mesh the sector in space")
-    found: dict[str, _Turned] = {}
+    found: dict[str, Sector] = {}
     for cut in cuts:
         if cut.body not in bodies or cut.body in found:
             raise ModelError(f"supports: body {cut.body!r} of {cut} is unknown, or has another Cyclic; this model has {sorted(bodies)}")
-        found[cut.body] = _turned(bodies[cut.body], cut)
+        found[cut.body] = _sector(bodies[cut.body], cut)
     if not found:
         return None
     (one, first), *others = found.items()
@@ -214,42 +213,21 @@ def sector_of(cuts: Sequence[Cyclic], bodies: Mapping[str, Body], kinematics: Ki
         near = same_point(bodies[one].mesh.p.T)
         if np.abs(other.turn - first.turn).max() > SAME_POINT or np.abs(other.shift - first.shift).max() > near:
             raise ModelError(f"supports: the sectors of bodies {one!r} and {name!r} turn about other axes or by other angles; give all the same")
-    counts, cut_bodies = [body.mesh.p.shape[1] for body in bodies.values()], [found.get(name) for name in bodies]
-    starts = np.cumsum([0, *counts])
-    copies = np.full(starts[-1], -1)
-    for start, cut_body in zip(starts.tolist(), cut_bodies, strict=False):
-        if cut_body and cut_body.match:
-            copies[start + cut_body.nodes] = start + cut_body.places.indices
-    return Sector(
-        nodes=np.concatenate([start + cut.nodes for start, cut in zip(starts, cut_bodies, strict=False) if cut]),
-        places=csr_matrix(block_diag([cut.places if cut else csr_matrix((0, n)) for n, cut in zip(counts, cut_bodies, strict=True)])),
-        copies=copies,
-        fixed=np.concatenate([start + cut.fixed for start, cut in zip(starts, cut_bodies, strict=False) if cut]),
-        turn=first.turn,
-        shift=first.shift,
-        along=first.along,
-        count=first.count,
-        unlike={name: cut.facets for name, cut in found.items() if not cut.match},
+    sizes, none = {name: body.mesh.p.shape[1] for name, body in bodies.items()}, np.zeros(0, dtype=np.intp)
+    whole = {name: replace(first, nodes=none, places=csr_matrix((0, n)), copies=np.full(n, -1), fixed=none, unlike={}) for name, n in sizes.items()}
+    parts = list(zip(np.cumsum([0, *sizes.values()]), (whole | found).values(), strict=False))
+    return replace(
+        first,
+        nodes=np.concatenate([start + part.nodes for start, part in parts]),
+        places=csr_matrix(block_diag([part.places for _, part in parts])),
+        copies=np.concatenate([np.where(part.copies < 0, -1, start + part.copies) for start, part in parts]),
+        fixed=np.concatenate([start + part.fixed for start, part in parts]),
+        unlike={name: facets for _, part in parts for name, facets in part.unlike.items()},
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Turned:
-    """The cut faces of one body: nodes that follow, their places, and nodes on the axis, as of `Sector`."""
-
-    nodes: Integers
-    places: csr_matrix
-    match: bool  # whether the nodes of both faces are the same
-    fixed: Integers
-    facets: Integers
-    turn: Array
-    shift: Array  # (d,) where the origin is turned to
-    along: Array
-    count: int
-
-
-def _turned(body: Body, cut: Cyclic) -> _Turned:
-    """Find the angle between the cut faces of a body, and the places of the nodes of one on the other."""
+def _sector(body: Body, cut: Cyclic) -> Sector:
+    """Find the angle between the cut faces of one body, and the places of the nodes of one on the other."""
     mesh, x, d = body.through_corners.mesh, body.mesh.p.T, body.mesh.dim()
     (centre, along), near = axis_of(cut, d), same_point(x)
     low, high = (body.boundary(name, f"sector of body {cut.body!r}") for name in (cut.low, cut.high))
@@ -276,8 +254,7 @@ def _turned(body: Body, cut: Cyclic) -> _Turned:
         off = np.maximum(off, cKDTree(back[nodes]).query(x[others])[0].max())
         around, behind = facets_around(mesh, high), facets_around(mesh, low)
         overlaps = facet_overlaps(around, back, behind, x)
-        share = np.bincount(overlaps.facet, overlaps.weights, minlength=len(around)) / np.linalg.norm(areas_of(back[around]), axis=1)
-        if share.min() > _FACED and overlaps.weights.sum() > _WHOLE * np.linalg.norm(areas_of(x[behind]), axis=1).sum():
+        if faced(overlaps, back[around]).min() > FACED and overlaps.weights.sum() > _WHOLE * np.linalg.norm(areas_of(x[behind]), axis=1).sum():
             nodes = np.unique(around)
             places, _ = mortar_projection(overlaps, nodes, len(x))
             off = np.linalg.norm(back[nodes] - places @ x, axis=1)
@@ -290,8 +267,12 @@ def _turned(body: Body, cut: Cyclic) -> _Turned:
             f"degrees about the axis, they are up to {off.max():.4g} apart, more than {near:.1g}{aside}; give two that are, 360 degrees "
             "over a whole number apart, and check axis and centre"
         )
-    own = ~np.isin(nodes, fixed)
-    return _Turned(nodes[own], csr_matrix(places[own]), match, fixed, np.r_[low, high], turn, centre - turn @ centre, along[:d], count)
+    own, copies = ~np.isin(nodes, fixed), np.full(len(x), -1)
+    nodes, places = nodes[own], csr_matrix(places[own])
+    if match:
+        copies[nodes] = places.indices
+    unlike = {} if match else {cut.body: np.r_[low, high]}
+    return Sector(nodes, places, copies, fixed, turn, centre - turn @ centre, along[:d], count, unlike)
 
 
 def _middle(corners: Array) -> Array:

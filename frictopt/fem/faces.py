@@ -12,6 +12,7 @@ from ..errors import ModelError
 from .bodies import Body
 from .interface import frames_of
 
+FACED = 0.5  # least share of a facet that faces another face: ends and rims of round faces miss each other by their sag
 _NEAR = (1 - np.sqrt(1 / 3)) / 2
 _POINTS = {  # of an interval and of a triangle, of equal weight: exact for products of two hat functions, with a linear depth in the plane
     2: np.array([[1 - _NEAR, _NEAR], [_NEAR, 1 - _NEAR]]),
@@ -121,6 +122,11 @@ class Overlaps:
     phi: Array  # (m, k) their hat functions at the point
     other: Integers  # (m, l) nodes of the facet of body 2 that the point faces
     chi: Array  # (m, l) their hat functions there
+
+
+def faced(overlaps: Overlaps, corners: Array) -> Array:
+    """(facets,) share of each facet (facets, corners, d) of body 1 that faces body 2."""
+    return np.asarray(np.bincount(overlaps.facet, overlaps.weights, minlength=len(corners)) / np.linalg.norm(areas_of(corners), axis=1))
 
 
 def mortar_projection(overlaps: Overlaps, nodes: Integers, others: int) -> tuple[csr_matrix, Array]:

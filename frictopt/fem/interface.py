@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -48,7 +47,8 @@ class Interface:
         uses = np.bincount(M.indices, minlength=M.shape[1])
         shared = np.flatnonzero((uses[self.nodes] != 1) | ~np.isin(self.nodes, self.able.indices))
         following = self.nodes.copy()
-        following[shared] = self._independent(shared)
+        if len(shared):
+            following[shared] = self._independent(shared)
         own = csc_matrix(M[:, following])
         W = csr_matrix(inv(own) if len(shared) else diags(1 / own.diagonal()))
         others = np.ones(M.shape[1])
@@ -59,8 +59,6 @@ class Interface:
 
     def _independent(self, rows: Integers) -> Integers:
         """Nodes that can follow in some pairs, one for each pair."""
-        if not len(rows):
-            return rows
         columns = np.unique(self.able[rows].indices)
         part = self.able[rows][:, columns].toarray()
         sizes = np.abs(np.diag(qr(part.T, mode="r")[0])) if len(columns) else np.zeros(0)
@@ -74,7 +72,7 @@ class Interface:
         return np.asarray(columns[qr(part, mode="r", pivoting=True)[1][: len(rows)]])
 
     @cached_property
-    def _spread(self) -> csr_matrix:
+    def spread(self) -> csr_matrix:
         """(all nodes, all nodes) matrix of the displacements of all nodes by those of nodes that do not follow."""
         following, _, Q = self.followers
         others = np.ones(Q.shape[1])
@@ -105,7 +103,7 @@ class Interface:
         free[following] = False
         columns = np.where(free, np.cumsum(free).reshape(free.shape) - 1, -1)
         drives = identity(len(unknowns), format="csr")[:, following] @ W
-        own = csr_matrix(kron(self._spread, each, format="csr") @ self._by_directions)[:, np.flatnonzero(free)]
+        own = csr_matrix(kron(self.spread, each, format="csr") @ self._by_directions)[:, np.flatnonzero(free)]
         T = csr_matrix(_rows(unknowns, size).T @ self._by_directions.T @ hstack([own, kron(drives, each) @ self._turned]))
         if self.directions is not None:  # across an oblique plane nothing moves, and rounding is no motion
             T.data[np.abs(T.data) <= ROUNDING] = 0.0
@@ -133,11 +131,6 @@ class Interface:
             return self
         normals = self.frames[:, -1] - np.sum(lean * self.frames[:, :-1], axis=1)
         return replace(self, frames=frames_of(normals, None if self.directions is None else self.frames[:, 0]))
-
-    def glued_graph(self, graph: csr_matrix) -> csr_matrix:
-        """Adjacency of the nodes when some follow others, from that of the bodies."""
-        image = self._spread != 0
-        return csr_matrix(image.T @ graph @ image)
 
 
 def _rows(unknowns: Integers, size: int) -> csr_matrix:
@@ -243,20 +236,18 @@ def _held(links: Any, held: Booleans, directions: Array | None, places: Array) -
 
 def check_course(points: Array, frames: Array, names: Sequence[str]) -> None:
     """Check that the pairs of each contact follow each other along their tangents, and that normals of neighbours do not flip."""
-    for run in runs(names):
-        t, n, p = frames[run, 0], frames[run, 1], points[run]
-        step = np.diff(p, axis=0)
-        flips = np.sum(n[1:] * n[:-1], axis=1) <= 0
-        at = [f"pair {run.start + i} at {place(point)}" for i, point in enumerate(p)]
-        ways = [f"from {one} to {two}" for one, two in pairwise(at)]
-        if (k := first_of(flips)) is not None:
-            raise ModelError(
-                f"normals: they turn by 90 degrees or more {ways[k]}; let all point into body 1, and give each side of a corner a contact"
-            )
-        back = np.minimum(np.sum(t[1:] * step, axis=1), np.sum(t[:-1] * step, axis=1)) <= 0
-        if (k := first_of(back)) is not None:
-            hint = "reverse the pairs (or the normals, and exchange the bodies)" if back.all() else "order the pairs along the contact"
-            raise ModelError(f"pairs: {ways[k]} they go against the tangent, which is the normal turned by -90 degrees; {hint}")
+    t, n, step, contact = frames[:, 0], frames[:, 1], np.diff(points, axis=0), np.array(names)
+    inside = contact[1:] == contact[:-1]
+    flips = inside & (np.sum(n[1:] * n[:-1], axis=1) <= 0)
+    back = inside & (np.minimum(np.sum(t[1:] * step, axis=1), np.sum(t[:-1] * step, axis=1)) <= 0)
+    if (k := first_of(flips)) is None and (k := first_of(back)) is None:
+        return
+    way = f"from pair {k} at {place(points[k])} to pair {k + 1} at {place(points[k + 1])}"
+    if flips[k]:
+        raise ModelError(f"normals: they turn by 90 degrees or more {way}; let all point into body 1, and give each side of a corner a contact")
+    every = back[inside & (contact[1:] == contact[k])].all()
+    hint = "reverse the pairs (or the normals, and exchange the bodies)" if every else "order the pairs along the contact"
+    raise ModelError(f"pairs: {way} they go against the tangent, which is the normal turned by -90 degrees; {hint}")
 
 
 def check_sides(K: csr_matrix, unknowns: Integers, graph: csr_matrix, interface: Interface, points: Array) -> None:

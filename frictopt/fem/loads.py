@@ -1,4 +1,4 @@
-"""Loads of a body: tractions, pressure, forces per volume, free expansion, displacements of supports."""
+"""Loads of a body: tractions, pressure, forces per volume, free expansion, forces on nodes, displacements of supports."""
 
 from __future__ import annotations
 
@@ -120,11 +120,6 @@ class Pressure(Part):
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
         facets = body.boundary(self.boundary, "pressure")
         return boundary_forces(body.mesh, facets, lambda points, normals: -values_at("pressure", self.amount, points) * normals, kinematics)
-
-
-def surface_forces(load: Traction | Pressure, body: Body, kinematics: Kinematics | None) -> Array:
-    """(d, nodes) nodal forces of a load on a boundary of its body, as pictures show them."""
-    return load._forces(body, kinematics or "plane_strain")
 
 
 @dataclass(frozen=True)
@@ -249,6 +244,20 @@ class Expansion(Part):
         strain = self._strain(basis)
         dilatation = element_means(basis, strain) if body.element == "mean_dilatation" else strain
         return (2 if kinematics == "plane_stress" else 3) * lam * dilatation + 2 * mu * strain
+
+
+@dataclass(frozen=True, eq=False)
+class NodalForces(Part):
+    """Forces on the nodes of one body, (d, nodes): part of the load of a mode, see `Modes.load`."""
+
+    body: str
+    forces: Array
+
+    def _forces(self, body: Body, kinematics: Kinematics) -> Array:
+        if np.shape(self.forces) != body.mesh.p.shape:
+            hint = "give the load of a mode to the model whose modes were found, with the same bolts"
+            raise ModelError(f"forces: shape {np.shape(self.forces)}, and body {self.body!r} has (d, nodes) = {body.mesh.p.shape}; {hint}")
+        return finite_array("forces", self.forces)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS, ContactSystem, Shown, bar_of, flag, joined, parted
+from ..contact import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS, ContactSystem, Shown, bar_of, joined, parted
 from ..contact.checks import Array, checked_cases, checked_loads, checked_units, finite_array, frozen, listed_parts, shown
 from ..contact.parts import compliances
 from ..errors import ModelError, ModelWarning
@@ -150,7 +150,7 @@ class ContactModel(Shown, Viewed, Vibrating):
         parts.check_ends()
         force, moved, _ = (np.column_stack(columns) for columns in zip(*self._cases.values(), strict=True))
         left = force - parts.whole @ moved
-        with bar_of(flag("progress", progress), "condensation"):
+        with bar_of(progress, "condensation"):
             S, bonded, L = condensed(glued, dict(zip(self._cases, (R.T @ left).T, strict=True)))
         L += force.T @ moved + moved.T @ left + left.T @ (D @ left)  # of moved supports, and of bolts that are cut
         bonded, L, bolts = by_their_forces(self.loads, bonded, L)
@@ -163,7 +163,7 @@ class ContactModel(Shown, Viewed, Vibrating):
         if overlaps := {name: overlap for name, (_, _, overlap) in self._cases.items() if overlap.any()}:
             rigid = rigid.with_interference(overlaps)
         tangential, normal = self._springs
-        return rigid.with_contact_stiffness(tangential=tangential, normal=normal)
+        return rigid.with_contact_stiffness(tangential=tangential, normal=normal) if np.isfinite(self._springs).any() else rigid
 
     def recover(
         self, loads: Mapping[str, float] | Steady, slip: ArrayLike | None = None, gap: ArrayLike | None = None, *, progress: bool = True
@@ -224,7 +224,7 @@ class ContactModel(Shown, Viewed, Vibrating):
             system = self._condensed
             motion -= compliances(*self._springs, parts.width, d - 1) * (joined(*system.reaction(amplitudes)) + system.S @ motion)
         motion[-n:] += overlap
-        with bar_of(flag("progress", progress), "recovery"):
+        with bar_of(progress, "recovery"):
             u, r = self._recovery.displacements(R.T @ left, motion)
         if gap is not None:
             warn_of_open_nodes(w, r, float(np.abs(u).max()))

@@ -11,17 +11,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import block_diag, csr_matrix, diags
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
+from skfem import BilinearForm
 
 from ..contact import Array, Booleans, Integers, Plotted, Shown, frozen, whole_number
 from ..contact.checks import checked_cases, flags
 from ..contact.parts import compliances
 from ..contact.result import Table, frame
-from ..errors import SolverError
+from ..errors import ModelError, SolverError
+from . import schur
 from .assembly import Assembly, Load
 from .bodies import Body
 from .bolts import tied_across
 from .condense import Glued, eliminated, fronts
-from .mass import NodalForces, body_mass
+from .elasticity import Kinematics, basis_of, circumference
+from .loads import NodalForces
 
 _SHIFT = 1e-3  # of the stiffness towards that of bodies without rigid motions, over (speed of sound / size)^2: below the first mode of most bodies
 _RIGID = 1e-7  # over the shift: the squares of frequencies up to which a motion has none
@@ -190,6 +193,17 @@ def _found(parts: Assembly, springs: tuple[Array, Array], opened: Booleans, n: i
     )
 
 
+def body_mass(name: str, body: Body, kinematics: Kinematics) -> csr_matrix:
+    """(nodes, nodes) consistent mass of a body, the same along each axis; per depth in the plane, axisymmetric that of the whole circumference."""
+    if body.material.density is None:
+        raise ModelError(
+            f"material: body {name!r} has no density, and modes need that of every body; give Material(..., density=), mass per volume, "
+            "such as 7.85e-9 tonne/mm^3 beside N, mm and s"
+        )
+    form = BilinearForm(lambda u, v, w: circumference(w.x[0], kinematics) * u * v)
+    return csr_matrix(body.material.density * form.assemble(basis_of(body.mesh)))
+
+
 def _motions(parts: Assembly, springs: tuple[Array, Array], opened: Booleans) -> tuple[csr_matrix, Integers, Array]:
     """The matrix T of the displacements `u = T y` in a mode, the front that eliminates each of the y, and springs that hold them."""
     d, (T, front) = parts.points.shape[1], fronts(parts.glued)
@@ -211,8 +225,8 @@ def _shift(parts: Assembly) -> float:
 def _lowest(glued: Glued, M: csr_matrix, T: csr_matrix, front: Integers, shift: float, n: int) -> tuple[Array, Array]:
     """Squares (n,) of angular frequencies, the lowest first, and modes (unknowns, n) of unit modal mass, of a stiffness and a mass M."""
     size = whole_number("n", n, least=1, most=len(front) - 1)
-    inverse = eliminated(glued, csr_matrix(glued.K + shift * M), T, front, keep=True)
-    apply = LinearOperator(M.shape, matvec=lambda force: inverse.solve(np.ravel(force)), dtype=np.float64)
+    _, factors = eliminated(glued, csr_matrix(glued.K + shift * M), T, front, keep=True)
+    apply = LinearOperator(M.shape, matvec=lambda force: schur.solve(factors, np.ravel(force)), dtype=np.float64)
     vectors, start = min(2 * size + _MORE, len(front)), np.random.default_rng(0).normal(size=len(front))
     try:
         squares, y = eigsh(glued.K, size, M, sigma=-shift, OPinv=apply, ncv=vectors, v0=start)

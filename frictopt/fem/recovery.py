@@ -14,6 +14,7 @@ from skfem import BilinearForm
 
 from ..contact import COUNTS, Array, Plotted, Shown, choice, finite_number, first_of, frozen, place, shown, whole_number
 from ..errors import ModelError, ModelWarning
+from . import schur
 from .assembly import Assembly
 from .bodies import Body
 from .condense import eliminated, fronts
@@ -23,7 +24,6 @@ from .matrices.meshes import library
 from .supports import Seam, on_seam
 
 _COMPONENTS = ("xx", "yy", "xy", "zz", "xz", "yz")  # the first four in the plane
-_MISES = "von Mises"
 _ARMS = {"triangle": [1, 2], "quad": [1, 3], "tetra": [1, 2, 3], "hexahedron": [1, 3, 4]}  # in the order of VTK, next to the first node
 _VTK = [_COMPONENTS.index(name) for name in ("xx", "yy", "zz", "xy", "yz", "xz")]
 
@@ -108,7 +108,7 @@ class BodyFields(Shown, Plotted):
         """
         self._body(body)
         rows = self.stress[body]
-        known = (*_COMPONENTS[: len(rows)], _MISES)
+        known = (*_COMPONENTS[: len(rows)], "von Mises")
         return frozen([*rows, von_mises(rows)][known.index(choice("component", component, known))])
 
     def at_contact(self, side: int) -> tuple[Array, Array]:
@@ -178,9 +178,7 @@ class BodyFields(Shown, Plotted):
         return mesh
 
     def _body(self, name: str) -> Body:
-        if not isinstance(name, str) or name not in self.bodies:
-            raise ModelError(f"body: {shown(name)} is unknown; these fields have {sorted(self.bodies)}")
-        return self.bodies[name]
+        return self.bodies[choice("body", name, self.bodies)]
 
 
 def von_mises(stress: Array) -> Array:
@@ -255,13 +253,13 @@ class Recovery:
     def __init__(self, parts: Assembly) -> None:
         K, (T, front) = parts.glued.K, fronts(parts.glued)
         self._K, self._T, self._drive = K, T[:, front >= 0], T[:, front < 0]
-        self._elimination = eliminated(parts.glued, csr_matrix(self._T.T @ K @ self._T), self._T, front[front >= 0], keep=True)
+        _, self._factors = eliminated(parts.glued, csr_matrix(self._T.T @ K @ self._T), self._T, front[front >= 0], keep=True)
 
     def displacements(self, force: Array, z: Array) -> tuple[Array, Array]:
         """(size,) displacements under forces, and relative motions z (d N,); and reactions (d N,)."""
         u = self._drive @ z
         for _ in range(2):  # the second time takes away the rounding of the first
-            u += self._T @ self._elimination.solve(self._T.T @ (force - self._K @ u))
+            u += self._T @ schur.solve(self._factors, self._T.T @ (force - self._K @ u))
         return u, np.asarray(self._drive.T @ (self._K @ u - force))
 
 

@@ -100,15 +100,6 @@ def check_supports(K: csr_matrix, unknowns: Integers, points: Array, graph: csr_
         )
 
 
-def slips_of(motions: csr_matrix, interface: Interface, unknowns: Integers) -> Array:
-    """(d N, k) relative motions at the contacts in the rigid motions (size, k) of bodies that `free_motions` found."""
-    relative = interface.relative(motions, unknowns)
-    sizes = np.linalg.svd(relative, compute_uv=False)
-    if len(sizes) < relative.shape[1] or (sizes[-1:] <= SAME_POINT * sizes[:1]).any():
-        raise ModelError("supports: a body can turn about its contact, or move without moving there; hold it, or give the contact more nodes")
-    return relative
-
-
 def balanced(S: Array, R: Array, F: Array, motions: csr_matrix, relative: Array) -> tuple[Array, Array]:
     """S and R without the rounding errors of the elimination in the rigid motions of the bodies.
 

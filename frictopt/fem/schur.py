@@ -1,6 +1,8 @@
 """Elimination of all but the last unknowns of a sparse stiffness, front after front, and the fronts, by nested dissection on coordinates."""
 
+from collections.abc import Sequence
 from itertools import count, pairwise
+from typing import TypeAlias
 
 import numpy as np
 from scipy.linalg import LinAlgError, blas, lapack
@@ -12,6 +14,9 @@ _LEAF = 64  # parts of at most this many nodes are not cut further
 _FAR, _NEAR, _SEPARATOR = 0, 1, 2  # sides of a cut
 _NO_STIFFNESS = ROUNDING / 10  # stiffness of an unknown, over its own, up to which nothing is left of it when others are eliminated
 _COLUMNS = 128  # of what an elimination leaves: so many are added to the next front at once
+
+Factor: TypeAlias = tuple[Integers, Integers, Array, Array]
+"""The unknowns of a front, the later ones that they are joined to, the triangular factor of its block, and the rows of the later ones."""
 
 
 def nested_dissection(graph: csr_matrix, points: Array) -> Integers:
@@ -47,55 +52,52 @@ def nested_dissection(graph: csr_matrix, points: Array) -> Integers:
     return np.asarray(np.unique(front, return_inverse=True)[1])
 
 
-class Elimination:
+def eliminate(K: csr_matrix, front: Integers, *, keep: bool = False) -> tuple[Array, list[Factor]]:
     """Multifrontal Cholesky factorisation of all but the last unknowns of a sparse matrix (Duff & Reid 1983).
 
     A front is a dense matrix: some unknowns that are eliminated together, and the later ones that they are joined to. What the elimination leaves
     to these waits for the front of the first of them; fronts that are done are dropped. In the end the kept unknowns are left.
 
-    `front` (unknowns,) is the number of the front that eliminates each, from 0 on; -1: kept. `keep` keeps the factors for `solve`. The attribute S is
-    the (kept, kept) Schur complement `K_rr - K_ri K_ii^-1 K_ir`, in the order of K. Raises LinAlgError, with the unknown at which that shows, where
-    the eliminated part is not positive definite.
+    `front` (unknowns,) is the number of the front that eliminates each, from 0 on; -1: kept. Returned are the (kept, kept) Schur complement
+    `K_rr - K_ri K_ii^-1 K_ir`, in the order of K, and, with `keep`, the factors for `solve`. Raises LinAlgError, with the unknown at which that
+    shows, where the eliminated part is not positive definite.
     """
+    fronts = int(front.max(initial=-1)) + 1
+    front = np.where(front < 0, fronts, front)
+    order = np.argsort(front, kind="stable")
+    upper = triu(K[order][:, order], format="csr")
+    front, least = front[order], _NO_STIFFNESS * np.abs(K.diagonal()[order])
+    starts = np.r_[np.searchsorted(front, np.arange(fronts + 1)), len(order)]
+    place = np.zeros(len(order), dtype=np.intp)
+    waiting: list[list[tuple[Integers, Array]]] = [[] for _ in range(fronts + 1)]
+    factors: list[Factor] = []
+    with bar_of(True, "elimination", "unknown", total=int(starts[-2])) as bar:
+        for k, (first, last) in enumerate(pairwise(starts[:-1])):
+            rest, own, below, after = _assembled(upper, first, last, waiting[k], place)
+            own, failed = lapack.dpotrf(own, lower=1, overwrite_a=1)
+            pivots = np.diag(own) ** 2
+            pivots[failed - 1 if failed else len(pivots) :] = 0.0
+            if (none := pivots <= least[first:last]).any():
+                raise LinAlgError(int(order[first + none.argmax()]))
+            if len(rest):
+                below = blas.dtrsm(1.0, own, below, side=1, lower=1, trans_a=1, overwrite_b=1)
+                waiting[front[rest[0]]].append((rest, blas.dsyrk(-1.0, below, beta=1.0, c=after, lower=1, overwrite_c=1)))
+            if keep:
+                factors.append((order[first:last], order[rest], own, below))
+            bar.update(last - first)
+    left = np.tril(_assembled(upper, starts[-2], starts[-1], waiting[-1], place)[1])
+    return left + np.tril(left, -1).T, factors
 
-    def __init__(self, K: csr_matrix, front: Integers, *, keep: bool = False) -> None:
-        fronts = int(front.max(initial=-1)) + 1
-        front = np.where(front < 0, fronts, front)
-        order = np.argsort(front, kind="stable")
-        upper = triu(K[order][:, order], format="csr")
-        front, least = front[order], _NO_STIFFNESS * np.abs(K.diagonal()[order])
-        starts = np.r_[np.searchsorted(front, np.arange(fronts + 1)), len(order)]
-        place = np.zeros(len(order), dtype=np.intp)
-        waiting: list[list[tuple[Integers, Array]]] = [[] for _ in range(fronts + 1)]
-        self._factors: list[tuple[Integers, Integers, Array, Array]] = []
-        with bar_of(True, "elimination", "unknown", total=int(starts[-2])) as bar:
-            for k, (first, last) in enumerate(pairwise(starts[:-1])):
-                rest, own, below, after = _assembled(upper, first, last, waiting[k], place)
-                own, failed = lapack.dpotrf(own, lower=1, overwrite_a=1)
-                pivots = np.diag(own) ** 2
-                pivots[failed - 1 if failed else len(pivots) :] = 0.0
-                if (none := pivots <= least[first:last]).any():
-                    raise LinAlgError(int(order[first + none.argmax()]))
-                if len(rest):
-                    below = blas.dtrsm(1.0, own, below, side=1, lower=1, trans_a=1, overwrite_b=1)
-                    waiting[front[rest[0]]].append((rest, blas.dsyrk(-1.0, below, beta=1.0, c=after, lower=1, overwrite_c=1)))
-                if keep:
-                    self._factors.append((order[first:last], order[rest], own, below))
-                bar.update(last - first)
-        left = np.tril(_assembled(upper, starts[-2], starts[-1], waiting[-1], place)[1])
-        self._kept = order[starts[-2] :]
-        self.S: Array = left + np.tril(left, -1).T
 
-    def solve(self, F: Array) -> Array:
-        """(unknowns,) values under the loads F (unknowns,) on the eliminated unknowns while the kept ones are zero; needs the factors."""
-        u = F.copy()
-        for own, rest, factor, below in self._factors:
-            u[own] = blas.dtrsv(factor, u[own], lower=1)
-            u[rest] -= below @ u[own]
-        u[self._kept] = 0.0
-        for own, rest, factor, below in reversed(self._factors):
-            u[own] = blas.dtrsv(factor, u[own] - u[rest] @ below, lower=1, trans=1)
-        return u
+def solve(factors: Sequence[Factor], F: Array) -> Array:
+    """(unknowns,) values under the loads F (unknowns,), by the factors of an elimination that kept no unknown."""
+    u = F.copy()
+    for own, rest, factor, below in factors:
+        u[own] = blas.dtrsv(factor, u[own], lower=1)
+        u[rest] -= below @ u[own]
+    for own, rest, factor, below in reversed(factors):
+        u[own] = blas.dtrsv(factor, u[own] - u[rest] @ below, lower=1, trans=1)
+    return u
 
 
 def _assembled(upper: csr_matrix, first: int, last: int, left: list[tuple[Integers, Array]], place: Integers) -> tuple[Integers, Array, Array, Array]:

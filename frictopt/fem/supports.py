@@ -5,16 +5,14 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
-from scipy.sparse import csc_matrix, csr_matrix
+from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import LinearOperator, cg
 
-from ..contact import ROUNDING, SAME_POINT, Array, Booleans, Integers, check_text, choice, finite_numbers, first_of, place, shown
-from ..contact.checks import flag
+from ..contact import ROUNDING, SAME_POINT, Array, Booleans, Integers, check_text, choice, finite_numbers, first_of, flag, place, shown
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import corner_weights, facet_nodes, places_of
 from .faces import facets_around, node_normals, normals_of
-from .interface import blocks_of
 
 _EDGE = 0.9  # least cosine between the normal of a node and those of the facets around it: as of faces that go on as one
 
@@ -156,12 +154,6 @@ def along_axes(normals: Array) -> tuple[Booleans, Integers]:
     """(n,) which of some unit normals (n, d) are along axes, and along which one each is most."""
     most = np.abs(normals).argmax(axis=1)
     return np.sum(normals**2, axis=1) - np.take_along_axis(normals, most[:, None], axis=1)[:, 0] ** 2 <= SAME_POINT**2, most
-
-
-def along_directions(R: csr_matrix, rows: Integers, directions: Array) -> csr_matrix:
-    """A matrix of displacements along the axes, of nodes with these rows, with columns for those along `directions` (nodes, d, d) instead."""
-    by_rows = csr_matrix((np.ones(rows.size), (np.arange(rows.size), rows.ravel())), shape=R.shape)
-    return csr_matrix(R @ by_rows.T @ blocks_of(directions.swapaxes(1, 2)) @ by_rows)
 
 
 def on_seam(mass: csc_matrix, moments: Sequence[Array], entries: Sequence[int], seam: Seam) -> list[Array]:

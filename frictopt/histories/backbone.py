@@ -105,7 +105,7 @@ def backbone_curve(
     def kept(_: object) -> tuple[str, BackboneCurve, str] | None:
         return ("curve", asked.curve(seen), f"{len(seen)} of {len(factors)} load factors are in the attribute `curve`") if seen else None
 
-    with bar_of(flag("progress", progress), "backbone curve", "load factor", total=len(factors), keeps=kept) as bar:
+    with bar_of(progress, "backbone curve", "load factor", total=len(factors), keeps=kept) as bar:
         for factor in factors:
             seen.append(asked.follow(float(factor)))
             bar.update()

@@ -14,20 +14,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, LoadCycle, bar_of, checked_cycle, checked_system, friction_coefficients
-from ..contact.checks import (
-    LARGEST_SEED,
-    Array,
-    check_text,
-    finite_array,
-    finite_numbers,
-    flag,
-    frozen,
-    listed,
-    shown,
-    warns_of_odd_values,
-    whole_number,
-)
+from ..contact import LARGEST_SEED, Array, ContactSystem, LoadCycle, bar_of, checked_cycle, checked_system, friction_coefficients, frozen
+from ..contact.checks import check_text, finite_array, finite_numbers, listed, shown, warns_of_odd_values, whole_number
 from ..errors import ModelError, SolverError, StoreError
 from ..limits import ShakedownLimit, shakedown_limit
 from .runs import Case, Run, execute
@@ -126,7 +114,6 @@ def dissipation_study(
     if not factors or len(set(factors)) < len(factors):
         raise ModelError(f"load_factors: {shown(factors)}; give at least one, and each once")
     begins, chosen = checked_starts(starts, system.slip_shape), slice(None) if shard is None else _checked_shard(shard)
-    flag("progress", progress)
     wanted = list(product(range(len(fields)), cycles, factors, begins))[chosen]
     rows: dict[str, Row] = {}
     with nullcontext() if store is None else closing(Store(store)) as file:
@@ -197,8 +184,7 @@ def checked_cycles(cycle: object) -> dict[str, LoadCycle]:
         raise ModelError("cycle: empty; give a LoadCycle, or label -> LoadCycle")
     for label, one in cycle.items():
         check_text("cycle", label, "a printable text", "label ")
-        if not isinstance(one, LoadCycle):
-            raise ModelError(f"cycle[{label!r}]: a {type(one).__name__}; give a LoadCycle(mean=..., corners=[...])")
+        checked_cycle(one, f"cycle[{label!r}]")
     return dict(cycle)
 
 
@@ -230,16 +216,10 @@ def friction_fields(friction: Any, nodes: int, rng: object) -> list[Array]:
         raise ModelError("friction: empty; give at least one coefficient")
     if several and len(items) == nodes > 1 and not any(np.iterable(item) or hasattr(item, "rvs") for item in items):
         raise ModelError(f"friction: {nodes} numbers for {nodes} nodes, one friction or {nodes} of them; give [friction] or np.c_[friction]")
-    generator = _generator(rng)
+    generator = rng if isinstance(rng, np.random.Generator | None) else np.random.default_rng(whole_number("rng", rng, least=0, most=LARGEST_SEED))
     values = [_drawn(item, nodes, generator) if hasattr(item, "rvs") else item for item in items]
     values = [value[0] if isinstance(value, np.ndarray) and value.shape == (1,) else value for value in values]  # rows of a column, np.c_[...]
     return [frozen(friction_coefficients(value, nodes)) for value in values]
-
-
-def _generator(rng: object) -> np.random.Generator | None:
-    if rng is None or isinstance(rng, np.random.Generator):
-        return rng
-    return np.random.default_rng(whole_number("rng", rng, least=0, most=LARGEST_SEED))
 
 
 def _drawn(distribution: Any, nodes: int, generator: np.random.Generator | None) -> Array:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import LEVEL, Array, ContactSystem, Kept, LoadCycle, Plotted, bar_of, finite_number, flag, frozen, warns_of_odd_values
+from ..contact import LEVEL, Array, ContactSystem, Kept, LoadCycle, Plotted, bar_of, finite_number, frozen, warns_of_odd_values
 from ..errors import NoContinuation
 from ..limits.question import pose
 from ..transients import SteadyState
@@ -156,7 +156,7 @@ def dissipation_range(
         why = f"{told()}: the attribute `range` is that of the transients by then"
         return ("range", _result(found, lambda orbit: orbit.state, runs.levels(found), runs.transients), why) if found else None
 
-    with bar_of(flag("progress", progress), "dissipation range", "transient", best=told, keeps=kept) as bar:
+    with bar_of(progress, "dissipation range", "transient", best=told, keeps=kept) as bar:
         return _range(runs, starts)
 
 

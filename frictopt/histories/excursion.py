@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import Array, ContactSystem, Kept, LoadCycle, Plotted, bar_of, checked_loads, finite_number, flag, frozen, warns_of_odd_values
+from ..contact import Array, ContactSystem, Kept, LoadCycle, Plotted, bar_of, checked_loads, finite_number, frozen, warns_of_odd_values
 from ..errors import ModelError
 from .protocols import REST, TransientsAfter, first_change
 from .starts import LoadStep, smooth, smooth_modes
@@ -135,7 +135,7 @@ def least_excursion(
         return ("table", table, f"at least {share:.4g}; the shares tried are in the attribute `table`") if tried else None
 
     share = 0.0
-    with bar_of(flag("progress", progress), "least excursion", "transient", best=lambda: f"at least {share:.4g} so far", keeps=kept) as bar:
+    with bar_of(progress, "least excursion", "transient", best=lambda: f"at least {share:.4g} so far", keeps=kept) as bar:
         transients = TransientsAfter(system, cycle, friction, start, steps, bar.update)
         system.reaction(largest)
         samples = _SAMPLES if transients.worst else 0

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactSystem, Kept, LoadCycle, Outcome, Plotted, bar_of, checked_cycle, checked_system, flag, friction_coefficients
+from ..contact import ContactSystem, Kept, LoadCycle, Outcome, Plotted, bar_of, checked_cycle, checked_system, friction_coefficients
 from ..contact.checks import Array, choice, finite_array, finite_number, frozen, listed_parts, warns_of_odd_values, whole_number
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import shakedown_limit
@@ -210,7 +210,7 @@ def limit_after_protocol(
         tried[load_factor] = transients.rests(load_factor, visits)
         return tried[load_factor] != REST
 
-    with bar_of(flag("progress", progress), "limit after a protocol", "transient", best=told, keeps=kept) as bar:
+    with bar_of(progress, "limit after a protocol", "transient", best=told, keeps=kept) as bar:
         transients = TransientsAfter(system, cycle, friction, start, steps, bar.update)
         limit = shakedown_limit(system, cycle, friction).load_factor
         if up_to is None and not 0 < limit < np.inf:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ROUNDING, Booleans, ContactSystem, LoadCycle, bar_of, checked_cycle, checked_system, flag, friction_coefficients
+from ..contact import ROUNDING, Booleans, ContactSystem, LoadCycle, bar_of, checked_cycle, checked_system, friction_coefficients
 from ..contact.checks import warns_of_odd_values
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import ShakedownLimit, gross_slip, guaranteed_limit, required_friction, shakedown_limit
@@ -105,7 +105,7 @@ def report(
         known = Report(system, cycle, f, missing | dict.fromkeys(left, "interrupted"), **found)
         return "report", known, f"what is known by then is the attribute `report`, without {', '.join(left)}"
 
-    with bar_of(flag("progress", progress), "report", "part", total=len(_PARTS), best=lambda: at, keeps=kept) as bar:
+    with bar_of(progress, "report", "part", total=len(_PARTS), best=lambda: at, keeps=kept) as bar:
         mean = ask("mean load", lambda: mean_state(system, cycle, f))
         slides = ask("gross-slip load", lambda: gross_slip(system, cycle, f))
         most = np.inf if slides is None else slides.load_factor

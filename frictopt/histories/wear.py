@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ContactState, ContactSystem, LoadCycle, bar_of, checked_round, friction_coefficients, joined, parted
-from ..contact.checks import Array, finite_number, flag, frozen, per_node, warns_of_odd_values
+from ..contact import ContactState, ContactSystem, LoadCycle, bar_of, checked_round, checked_width, friction_coefficients, joined, parted
+from ..contact.checks import Array, finite_number, frozen, per_node, warns_of_odd_values
 from ..contact.diagnosis import in_contact
 from ..contact.result import Plotted, Recorded, SolveRecord
 from ..errors import ModelError, NoContinuation, SolverError
@@ -195,7 +195,7 @@ def wear(
         return ("history", course.history(f"{type(error).__name__}: {error}"), f"{course.cycles:.6g} {where}") if course else None
 
     course: Course | None = None
-    with bar_of(flag("progress", progress), "wear", "jump", best=told, keeps=kept, on=(KeyboardInterrupt, NoContinuation, SolverError)) as bar:
+    with bar_of(progress, "wear", "jump", best=told, keeps=kept, on=(KeyboardInterrupt, NoContinuation, SolverError)) as bar:
         course = Course(per_work, tolerance, settle, settle(system, initial_state))
         while not (reason := course.ended(most)):
             course.jump(most)
@@ -292,9 +292,8 @@ def _per_work(system: ContactSystem, friction: ArrayLike, coefficient: ArrayLike
     """(N,) depth per work of friction."""
     less = "give a coefficient of wear >= 0, volume per normal force and way slid"
     f, k = friction_coefficients(friction, system.nodes), per_node("coefficient", coefficient, system.nodes, less)
-    if system.width is None:
-        raise ModelError("system: it has no width, so that worn volumes have no depth; give it one, `condense(..., width=job.areas(pairs[:, 1]))`")
+    width = checked_width(system, "without it a worn volume has no depth")
     if (smooth := (f == 0) & (k > 0)).any():
         where = f"friction: 0 at node {int(smooth.argmax())}{in_contact(system, smooth.argmax())}, and wear follows from the work of friction"
         raise ModelError(f"{where}; give friction above 0, or a coefficient of 0 there")
-    return np.divide(k, f * system.width, out=np.zeros(system.nodes), where=k > 0)
+    return np.divide(k, f * width, out=np.zeros(system.nodes), where=k > 0)

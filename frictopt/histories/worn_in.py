@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import CONDENSATION, RESIDUAL, ContactSystem, LoadCycle, bar_of, checked_cycle, checked_system, flag, friction_coefficients, reactions
+from ..contact import CONDENSATION, RESIDUAL, ContactSystem, LoadCycle, bar_of, checked_cycle, checked_system, friction_coefficients, reactions
 from ..contact.checks import Array, Booleans, finite_number, frozen, warns_of_odd_values
 from ..contact.diagnosis import open_nodes
 from ..contact.result import Outcome, SolveRecord, Table, frame, places
@@ -107,7 +107,7 @@ def worn_in(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, load_f
     depth, stick = _profile(system, f, first, last)
     depth[~stick & (depth > 0)] += RESIDUAL * depth.max()
     kept = "depth", frozen(depth), "the depths by the theorem are in the attribute `depth`; it is not checked that the worn contact rests"
-    with bar_of(flag("progress", progress), "worn in", keeps=lambda _: kept):
+    with bar_of(progress, "worn in", keeps=lambda _: kept):
         steady = steady_state(system.with_gap(system.gap + depth), cycle, friction, load_factor)
     if steady.outcome is not Outcome.SHAKEDOWN:
         raise SolverError(f"worn_in: the worn contact does not rest, it dissipates {steady.dissipation:.1e} per cycle; use wear")

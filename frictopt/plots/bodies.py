@@ -15,7 +15,7 @@ from mpl_toolkits.mplot3d.proj3d import proj_transform
 from ..contact import Array, ContactSystem, Integers
 from ..fem.bodies import Body
 from ..fem.cyclic import Cyclic
-from ..fem.loads import Pressure, Traction, surface_forces
+from ..fem.loads import Pressure, Traction
 from ..fem.model import ContactModel
 from ..fem.modes import Modes
 from ..fem.recovery import BodyFields, von_mises
@@ -178,7 +178,7 @@ def _load(axes: AnyAxes, model: ContactModel, case: str, length: float, color: s
             continue
         body = model.bodies[part.body]
         nodes = body.boundary_nodes(part.boundary, "loads")
-        force = surface_forces(part, body, model.kinematics)[:, nodes]
+        force = part._forces(body, model.kinematics or "plane_strain")[:, nodes]
         strength = np.linalg.norm(force, axis=0)
         chosen = [node for node in spread(body.mesh.p[:, nodes], 9) if strength[node] > 0]
         points, step = body.mesh.p[:, nodes[chosen]], force[:, chosen] / strength[chosen] * length

@@ -49,8 +49,7 @@ def _ratios(
         circled = (areas, what) if circles else None
         return face_map(panels, system, ratio, name, most=most, slip=slip, slip_name="residual slip", opened=opened, circled=circled)
     (axes,), ratio, label = panels, ratios(q, bound), what or None
-    friction_bounds(axes)
-    axes.set_ylabel(rf"$q / {of}$")
+    friction_bounds(axes, of)
     ruling = sorted(circles, key=lambda corner: -float(np.sum(circles[corner][2]))) or [at]
     for corner, look in lines_or_band(axes, system, ratio, names, ruling).items():
         if corner in circles:

@@ -76,11 +76,11 @@ def label_panels(panels: Sequence[Axes], system: ContactSystem) -> None:
         axes.set_xlabel("")
 
 
-def friction_bounds(ax: Axes) -> None:
-    """Draw the bounds of q / (f p)."""
+def friction_bounds(ax: Axes, of: str = "(f p)") -> None:
+    """Draw the bounds of q over the shear that friction holds."""
     ax.axhline(-1.0, color=GREY, lw=0.8)
     ax.axhline(1.0, color=GREY, lw=0.8, label=r"friction bound $\pm 1$")
-    ax.set_ylabel("$q / (f p)$")
+    ax.set_ylabel(rf"$q / {of}$")
 
 
 def ratios(shear: Array, bound: Array) -> Array:

@@ -10,8 +10,7 @@ from ..contact import referee
 from .corners import CornerMode, bonded_corner, sliding_corner_exponent
 from .half_spaces import half_plane_contact, half_plane_influence, half_space_contact
 from .hertz import LineContact, SphereContact, contact_modulus
-from .order import order_preserving
-from .sliders import foundation_rod, masing_dissipation, rod_dissipation
+from .sliders import foundation_rod, masing_dissipation, order_preserving, rod_dissipation
 from .uncoupled import single_node_dissipation, single_node_limit, smallest_circle, smallest_circle_limit, uncoupled_limit
 
 __all__ = [

@@ -196,7 +196,24 @@ class LabelledMatrix(Shown):
         return with_midsides(self.mesh, self._known.shaped()[2], self._known.points)
 
     def _matching(self) -> list[Integers]:
-        return _matching(self.points, self.bodies, self.mesh if self._known.elements or self._directions == 2 else None)
+        """(N, 2) pairs of each connected face at which two bodies have their nodes, and the facets between them, in the same places.
+
+        Without elements, in space, nodes alone tell, and what two bodies share is one face.
+        """
+        body, mesh = self.bodies, self.mesh if self._known.elements or self._directions == 2 else None
+        i, j = cKDTree(self.points).query_pairs(same_point(self.points), output_type="ndarray").T
+        i, j = np.where(body[i] < body[j], (i, j), (j, i))
+        found: list[Integers] = []
+        for a, b in combinations(np.unique(body[body >= 0]), 2):
+            own = (body[i] == a) & (body[j] == b)
+            one, two = i[own], j[own]
+            for nodes in (one, two):
+                if (k := first_of(np.bincount(nodes) > 1)) is not None:
+                    raise ModelError(f"matching_faces: the node at {place(self.points[k])} lies on several of one other body; merge these nodes")
+            image = np.full(len(self.points), -1)
+            image[two] = one
+            found += [np.column_stack([image[nodes], nodes]) for nodes in _faces(mesh, image)]
+        return found
 
     def nodes(self, where: str | ArrayLike) -> Integers:
         """Nodes as rows of `points`, each once.
@@ -244,26 +261,6 @@ class LabelledMatrix(Shown):
         ([24757.59, 47452.97], (2, 964))
         """
         return printed_modes(file_path("modes", path), self.labels, self.deck if isinstance(self.deck, Deck) else None)
-
-
-def _matching(points: Array, body: Integers, mesh: Mesh | None) -> list[Integers]:
-    """(N, 2) pairs of each connected face at which two bodies have their nodes, and the facets between them, in the same places.
-
-    `body` (nodes,) is the number of the body of each node, -1 for none. Without a mesh nodes alone tell, and what two bodies share is one face.
-    """
-    i, j = cKDTree(points).query_pairs(same_point(points), output_type="ndarray").T
-    i, j = np.where(body[i] < body[j], (i, j), (j, i))
-    found: list[Integers] = []
-    for a, b in combinations(np.unique(body[body >= 0]), 2):
-        own = (body[i] == a) & (body[j] == b)
-        one, two = i[own], j[own]
-        for nodes in (one, two):
-            if (k := first_of(np.bincount(nodes) > 1)) is not None:
-                raise ModelError(f"matching_faces: the node at {place(points[k])} lies on several of one other body; merge these nodes")
-        image = np.full(len(points), -1)
-        image[two] = one
-        found += [np.column_stack([image[nodes], nodes]) for nodes in _faces(mesh, image)]
-    return found
 
 
 def _faces(mesh: Mesh | None, image: Integers) -> list[Integers]:
