@@ -197,7 +197,7 @@ class DesignModel(SafeModel):
                 found.append((design, opened))
                 opened = self._patterns(design._tasks) if np.any(opened) or design.touches else None
 
-        with bar_of(flag("progress", progress), "design", "program", best=told, keeps=kept) as bar:
+        with bar_of(progress, "design", "program", best=told, keeps=kept) as bar:
             alternate([each.open for each in (task, *(posed for posed, _ in self._others))])
             if not found or found[0][0].touches:
                 alternate(self._where_pressed(task, own))

@@ -17,7 +17,6 @@ from ..contact import (
     LoadCycle,
     SolveRecord,
     bar_of,
-    flag,
     frozen,
     listed,
     most_shear,
@@ -75,7 +74,7 @@ def gross_slip(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts:
                pressed: 0.0 <= p
                load_factor: 0.0 <= load_factor
     """
-    with bar_of(flag("progress", progress), "gross slip"):
+    with bar_of(progress, "gross slip"):
         return _of_corners(system, cycle, friction, contacts)
 
 

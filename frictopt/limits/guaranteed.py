@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import NO_COUPLING, Array, ContactSystem, LimitKind, LoadCycle, SolveRecord, bar_of, flag, frozen, listed, warns_of_odd_values
+from ..contact import NO_COUPLING, Array, ContactSystem, LimitKind, LoadCycle, SolveRecord, bar_of, frozen, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
 from ..solve.problem import duals
 from .critical_search import COINCIDE_ALONE, LEFT_OUT, CriticalSearch, NodeClaim
@@ -84,7 +84,7 @@ class GuaranteedModel(SafeModel):
         ModelError, SolverError
             Bad friction or constraints; no solver gave an answer that passes the checks.
         """
-        with bar_of(flag("progress", progress), "guaranteed limit"):
+        with bar_of(progress, "guaranteed limit"):
             return self._shown(self.of_any_set(self._posed(friction), listed("constraints", constraints)))
 
     def of_any_set(self, task: Question, own: Sequence[cp.Constraint] = ()) -> GuaranteedLimit:
@@ -233,6 +233,6 @@ def guaranteed_limit(
     >>> round(limit.load_factor, 6), limit.reason
     (0.45, 'node 0 is on its bound of forward slip at the corner (Q = -1) and of backward slip at (Q = +1)')
     """
-    with bar_of(flag("progress", progress), "guaranteed limit"):
+    with bar_of(progress, "guaranteed limit"):
         model = GuaranteedModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
         return model.of_any_set(model._posed(friction))

@@ -11,7 +11,7 @@ import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact import RESIDUAL, Bar, ContactSystem, LoadCycle, SolveRecord, bar_of, finite_number, flag, frozen, place
+from ..contact import RESIDUAL, Bar, ContactSystem, LoadCycle, SolveRecord, bar_of, finite_number, frozen, place
 from ..errors import SolverError
 from .answered import Answered, Mechanism
 from .models import most_pressed, unknowns
@@ -103,7 +103,7 @@ def required_friction(
     """
     load_factor = finite_number("load_factor", load_factor, least=0.0)
     asked = _Asked(SafeSlipModel(system, cycle, slip_bound=slip_bound), load_factor, events)
-    with bar_of(flag("progress", progress), "required friction", "program", best=asked.told, keeps=asked.kept) as bar:
+    with bar_of(progress, "required friction", "program", best=asked.told, keeps=asked.kept) as bar:
         return _required(asked, slip_bound, bar)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ..contact import RESIDUAL, ZERO_LOAD_FACTOR, ContactSystem, bar_of, checked_system, flag, friction_coefficients
+from ..contact import RESIDUAL, ZERO_LOAD_FACTOR, ContactSystem, bar_of, checked_system, friction_coefficients
 from ..contact.checks import Array, Booleans, check_name, checked_loads, finite_number, frozen, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
 from .answered import Mechanism
@@ -64,7 +64,7 @@ def safe_region(
     ([[1.0, 0.0], [0.0, 2.0]], [[1.0, 0.5, 1.0]])
     """
     search = _Search(system, mean, loads, friction, finite_number("tolerance", tolerance, above=0.0))
-    with bar_of(flag("progress", progress), "safe region", "ray", keeps=search.kept) as bar:
+    with bar_of(progress, "safe region", "ray", keeps=search.kept) as bar:
         search.tell = bar.update
         return _region(search)
 

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ROUNDING, ContactSystem, LoadCycle, SolveRecord, bar_of, finite_number, flag, listed, warns_of_odd_values
+from ..contact import ROUNDING, ContactSystem, LoadCycle, SolveRecord, bar_of, finite_number, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
 from ..solve.solvers import NoOptimum
 from ..transients.statics import unscaled_diagnosis
@@ -178,7 +178,7 @@ class SafeSlipModel(SafeModel):
         ModelError, SolverError
             As `ShakedownModel.solve`; a load factor so large that rounding loses the mean load; constraints that no slip obeys, safe or not.
         """
-        with bar_of(flag("progress", progress), "safe slip"):
+        with bar_of(progress, "safe slip"):
             safe = self.of_pattern(self._posed(friction), load_factor, listed("constraints", constraints), events)
         self.margin.save_value(np.array(safe.margin))
         return self._shown(safe)
@@ -267,7 +267,7 @@ def safe_slip(
     >>> fo.safe_slip(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), friction=0.5, load_factor=0.6).exists
     False
     """
-    with bar_of(flag("progress", progress), "safe slip"):
+    with bar_of(progress, "safe slip"):
         model = SafeSlipModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
         return model.of_pattern(model._posed(friction), load_factor, events=events)
 

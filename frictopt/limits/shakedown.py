@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import GROWN, RESIDUAL, ContactSystem, LimitKind, LoadCycle, SolveRecord, bar_of, flag, listed, warns_of_odd_values
+from ..contact import GROWN, RESIDUAL, ContactSystem, LimitKind, LoadCycle, SolveRecord, bar_of, listed, warns_of_odd_values
 from ..contact.checks import flags
 from ..contact.diagnosis import growth_diagnosis
 from ..errors import ModelError, SolverError
@@ -95,7 +95,7 @@ class ShakedownModel(SafeModel):
             objective, or one without a largest value; no solver gave an answer that passes the checks.
         """
         own = listed("constraints", constraints)
-        with bar_of(flag("progress", progress), "shakedown limit"):
+        with bar_of(progress, "shakedown limit"):
             return self._shown(self.of_pattern(self._posed(friction), open, events, own, objective))
 
     def of_pattern(
@@ -178,7 +178,7 @@ class ShakedownModel(SafeModel):
             said = f"the limits of {len(rows)} of {len(wanted)} frictions are in the attribute `table`"
             return ("table", pd.DataFrame(rows), said) if rows else None
 
-        with bar_of(flag("progress", progress), "sweep", "friction", total=len(wanted), keeps=kept) as bar:
+        with bar_of(progress, "sweep", "friction", total=len(wanted), keeps=kept) as bar:
             for friction in wanted:
                 rows.append(_row(friction, self.solve(friction, own)))
                 bar.update()
@@ -232,7 +232,7 @@ def shakedown_limit(
     >>> fo.shakedown_limit(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), friction=0.5).reason
     'no residual slip is safe above it with all nodes closed'
     """
-    with bar_of(flag("progress", progress), "shakedown limit"):
+    with bar_of(progress, "shakedown limit"):
         model = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
         return model.of_pattern(model._posed(friction), open, events)
 
