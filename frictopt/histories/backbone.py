@@ -10,19 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import (
-    CONDENSATION,
-    ROUNDING,
-    ContactSystem,
-    LoadCycle,
-    Outcome,
-    bar_of,
-    checked_cycle,
-    checked_system,
-    friction_coefficients,
-    joined,
-    reactions,
-)
+from ..contact import CONDENSATION, ROUNDING, ContactSystem, LoadCycle, Outcome, bar_of, checked_cycle, checked_system, friction_coefficients, joined
 from ..contact.checks import Array, finite_number, finite_numbers, flag, frozen, warns_of_odd_values
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import GrossSlip, GuaranteedLimit, gross_slip, guaranteed_limit, shakedown_limit
@@ -90,7 +78,7 @@ def backbone_curve(
     """
     f, searched = np.array(friction_coefficients(friction, checked_system(system).nodes)), flag("range", range)
     system.reaction(checked_cycle(cycle).mean)
-    reactions(system, cycle.corners)  # says which load case is unknown
+    cycle.corner_reactions(system)  # says which load case is unknown
     system, load = with_compliance(system, cycle, f, natural_frequency)
     if searched and load.none:
         raise ModelError(f"range: True, and there is no damping to have one: {load.none}; leave the range out")
