@@ -30,7 +30,7 @@ from .checks import (
 )
 from .coulomb import ContactState, Verdict, friction_coefficients, lengths, most_shear, off_law, referee
 from .cycle import LoadCycle, checked_cycle
-from .parts import joined, parted
+from .parts import checked_springs, compliances, joined, parted, runs
 from .progress import Bar, bar_of
 from .result import Attempt, Kept, LimitKind, Outcome, Plotted, Recorded, Shown, SolveRecord, Table, components, frame, places
 from .system import ContactSystem, checked_plane, checked_round, checked_system, checked_uncapped, checked_width, reactions

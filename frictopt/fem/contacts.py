@@ -14,8 +14,7 @@ from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
-from ..contact import COUNTS, SAME_POINT, Array, Integers, check_text, finite_number, first_of, place, shown
-from ..contact.parts import checked_springs
+from ..contact import COUNTS, SAME_POINT, Array, Integers, check_text, checked_springs, finite_number, first_of, place, shown
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Kinematics, circumference, parts_of

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from scipy.sparse import block_diag, csr_matrix, diags, identity, kron
+from scipy.sparse.linalg import LinearOperator, cg
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
@@ -279,3 +280,20 @@ def _middle(corners: Array) -> Array:
     """(d,) the middle of the area of facets (facets, corners, d)."""
     sizes = np.linalg.norm(areas_of(corners), axis=1)
     return np.asarray(sizes @ corners.mean(axis=1) / sizes.sum())
+
+
+def on_seam(mass: csr_matrix, moments: Sequence[Array], entries: Sequence[int], seam: Seam) -> list[Array]:
+    """Nodal components of a symmetric tensor by their moments with the functions of the nodes; those of nodes that copy others are turned.
+
+    The entries are the numbers of the components in a matrix of three rows. A mass is well conditioned: conjugate gradients take few steps.
+    """
+    (high, low, turn), (a, b), n = seam, np.divmod(entries, 3), mass.shape[0]
+    Q, whole, follows, turns = np.eye(3), np.zeros((n, 3, 3)), np.arange(n), np.tile(np.eye(9), (n, 1, 1))
+    Q[: len(turn), : len(turn)], whole[:, a, b], whole[:, b, a] = turn, np.transpose(moments), np.transpose(moments)
+    follows[high], turns[high] = low, np.kron(Q, Q)
+    leads = identity(n, format="csr")[follows][:, np.delete(np.arange(n), high)]
+    spread, scale = csr_matrix(blocks_of(turns) @ kron(leads, identity(9))), np.repeat(leads.T @ mass.diagonal(), 9)
+    spread.eliminate_zeros()  # it gives all values by those of nodes that copy none
+    M = LinearOperator((len(scale),) * 2, matvec=lambda z: spread.T @ (mass @ (spread @ z).reshape(n, 9)).ravel(), dtype=np.float64)
+    found = (spread @ cg(M, spread.T @ whole.ravel(), rtol=ROUNDING, M=diags(1 / scale))[0]).reshape(whole.shape)
+    return [found[:, i, j] for i, j in zip(a, b, strict=True)]

@@ -11,8 +11,7 @@ from scipy.sparse import csc_matrix, csr_matrix, diags, hstack, identity, kron
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import inv
 
-from ..contact import CONDENSATION, ROUNDING, SAME_POINT, Array, Booleans, Integers, first_of, place
-from ..contact.parts import runs
+from ..contact import CONDENSATION, ROUNDING, SAME_POINT, Array, Booleans, Integers, first_of, place, runs
 from ..errors import ModelError
 
 _ASIDE = 1e3 * CONDENSATION  # share of its distance by which a node may be aside, and of its stiffness by which it may be pulled: rounding

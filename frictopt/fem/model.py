@@ -12,9 +12,8 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS, ContactSystem, Shown, bar_of, joined, parted
+from ..contact import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS, ContactSystem, Shown, bar_of, compliances, joined, parted
 from ..contact.checks import Array, checked_cases, checked_loads, checked_units, finite_array, frozen, listed_parts, shown
-from ..contact.parts import compliances
 from ..errors import ModelError, ModelWarning
 from .assembly import Assembly, Load
 from .bodies import Body, checked_kinematics

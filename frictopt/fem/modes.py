@@ -13,10 +13,8 @@ from scipy.sparse import block_diag, csr_matrix, diags
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 from skfem import BilinearForm
 
-from ..contact import Array, Booleans, Integers, Plotted, Shown, frozen, whole_number
-from ..contact.checks import checked_cases, flags
-from ..contact.parts import compliances
-from ..contact.result import Table, frame
+from ..contact import Array, Booleans, Integers, Plotted, Shown, Table, checked_cases, compliances, frame, frozen, whole_number
+from ..contact.checks import flags
 from ..errors import ModelError, SolverError
 from . import schur
 from .assembly import Assembly, Load

@@ -18,10 +18,11 @@ from . import schur
 from .assembly import Assembly
 from .bodies import Body
 from .condense import eliminated, fronts
+from .cyclic import on_seam
 from .elasticity import MOMENTS, Kinematics, basis_of, element_means
 from .loads import Expansion
 from .matrices.meshes import library
-from .supports import Seam, on_seam
+from .supports import Seam
 
 _COMPONENTS = ("xx", "yy", "xy", "zz", "xz", "yz")  # the first four in the plane
 _ARMS = {"triangle": [1, 2], "quad": [1, 3], "tetra": [1, 2, 3], "hexahedron": [1, 3, 4]}  # in the order of VTK, next to the first node

@@ -1,14 +1,12 @@
 """Supports: what they hold, along axes or along the normals of a boundary, and the directions of the nodes that are held so."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
-from scipy.sparse import csc_matrix
-from scipy.sparse.linalg import LinearOperator, cg
 
-from ..contact import ROUNDING, SAME_POINT, Array, Booleans, Integers, check_text, choice, finite_numbers, first_of, flag, place, shown
+from ..contact import SAME_POINT, Array, Booleans, Integers, check_text, choice, finite_numbers, first_of, flag, place, shown
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import corner_weights, facet_nodes, places_of
@@ -154,34 +152,3 @@ def along_axes(normals: Array) -> tuple[Booleans, Integers]:
     """(n,) which of some unit normals (n, d) are along axes, and along which one each is most."""
     most = np.abs(normals).argmax(axis=1)
     return np.sum(normals**2, axis=1) - np.take_along_axis(normals, most[:, None], axis=1)[:, 0] ** 2 <= SAME_POINT**2, most
-
-
-def on_seam(mass: csc_matrix, moments: Sequence[Array], entries: Sequence[int], seam: Seam) -> list[Array]:
-    """Nodal components of a symmetric tensor by their moments with the functions of the nodes; those of nodes that copy others are turned.
-
-    The entries are the numbers of the components in a matrix of three rows. A mass is well conditioned: conjugate gradients take few steps.
-    """
-    (high, low, turn), (a, b), n = seam, np.divmod(entries, 3), mass.shape[0]
-    Q, whole, scale = np.eye(3), np.zeros((n, 3, 3)), mass.diagonal()
-    Q[: len(turn), : len(turn)], whole[:, a, b], whole[:, b, a] = turn, np.transpose(moments), np.transpose(moments)
-    scale[low] += scale[high]
-
-    def spread(values: Array) -> Array:
-        """All nodal values from those of nodes that copy none."""
-        found = values.reshape(n, 3, 3).copy()
-        found[high] = Q @ found[low] @ Q.T
-        return found
-
-    def gathered(values: Array) -> Array:
-        """Moments of nodes that copy none, from those of all."""
-        found = values.reshape(n, 3, 3).copy()
-        found[low] += Q.T @ found[high] @ Q
-        found[high] = 0.0
-        return found.ravel()
-
-    def operator(function: Callable[[Array], Array]) -> LinearOperator:
-        return LinearOperator((9 * n, 9 * n), matvec=function, dtype=np.float64)
-
-    M = operator(lambda values: gathered(mass @ spread(values).reshape(n, 9)))
-    found = spread(cg(M, gathered(whole), rtol=ROUNDING, M=operator(lambda values: (values.reshape(n, 9) / scale[:, None]).ravel()))[0])
-    return [found[:, i, j] for i, j in zip(a, b, strict=True)]

@@ -10,19 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import (
-    CONDENSATION,
-    ROUNDING,
-    ContactSystem,
-    LoadCycle,
-    Outcome,
-    bar_of,
-    checked_cycle,
-    checked_system,
-    friction_coefficients,
-    joined,
-    reactions,
-)
+from ..contact import CONDENSATION, ROUNDING, ContactSystem, LoadCycle, Outcome, bar_of, checked_cycle, checked_system, friction_coefficients, joined
 from ..contact.checks import Array, finite_number, finite_numbers, flag, frozen, warns_of_odd_values
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import GrossSlip, GuaranteedLimit, gross_slip, guaranteed_limit, shakedown_limit
@@ -90,8 +78,8 @@ def backbone_curve(
     """
     f, searched = np.array(friction_coefficients(friction, checked_system(system).nodes)), flag("range", range)
     system.reaction(checked_cycle(cycle).mean)
-    reactions(system, cycle.corners)  # says which load case is unknown
-    system, load = _with_compliance(system, cycle, f, natural_frequency)
+    cycle.corner_reactions(system)  # says which load case is unknown
+    system, load = with_compliance(system, cycle, f, natural_frequency)
     if searched and load.none:
         raise ModelError(f"range: True, and there is no damping to have one: {load.none}; leave the range out")
     try:
@@ -100,18 +88,7 @@ def backbone_curve(
         gross = error
     factors = _checked_factors(load_factors, gross)
     limits = (shakedown_limit(system, cycle, f).load_factor, guaranteed_limit(system, cycle, f)) if searched else None
-    asked, seen = _Asked(system, cycle, f, load, gross, limits, {"steps": steps}), list[_Seen]()
-
-    def kept(_: object) -> tuple[str, BackboneCurve, str] | None:
-        return ("curve", asked.curve(seen), f"{len(seen)} of {len(factors)} load factors are in the attribute `curve`") if seen else None
-
-    with bar_of(progress, "backbone curve", "load factor", total=len(factors), keeps=kept) as bar:
-        for factor in factors:
-            seen.append(asked.follow(float(factor)))
-            bar.update()
-    if all(one.error for one in seen):
-        raise seen[0].error  # type: ignore[misc]
-    return asked.curve(seen)
+    return Asked(system, cycle, f, load, gross, limits, steps).followed(factors, progress)
 
 
 @dataclass(frozen=True)
@@ -151,7 +128,7 @@ class _Load:
 
 
 @dataclass(frozen=True)
-class _Asked:
+class Asked:
     """What a curve is asked of, with its sliding-off load and, if there is a range, its limits."""
 
     system: ContactSystem
@@ -160,13 +137,28 @@ class _Asked:
     load: _Load
     gross: GrossSlip | SolverError
     limits: tuple[float, GuaranteedLimit] | None
-    options: dict[str, Any]
+    steps: int | None
+
+    def followed(self, factors: Array, progress: bool) -> BackboneCurve:
+        """The curve at some load factors."""
+        seen = list[_Seen]()
+
+        def kept(_: object) -> tuple[str, BackboneCurve, str] | None:
+            return ("curve", self.curve(seen), f"{len(seen)} of {len(factors)} load factors are in the attribute `curve`") if seen else None
+
+        with bar_of(progress, "backbone curve", "load factor", total=len(factors), keeps=kept) as bar:
+            for factor in factors:
+                seen.append(self.follow(float(factor)))
+                bar.update()
+        if all(one.error for one in seen):
+            raise seen[0].error  # type: ignore[misc]
+        return self.curve(seen)
 
     def follow(self, factor: float) -> _Seen:
         """What the joint does at one load factor."""
         asked = self.system, self.cycle, self.friction, factor
         try:
-            steady = steady_state(*asked, **self.options)
+            steady = steady_state(*asked, steps=self.steps)
             contacts = steady.by_contact()[["contact", "slipping", "work", "slip_range"]]
             measured = [self.load.measured(steady)]
         except (NoContinuation, SolverError) as error:
@@ -175,7 +167,7 @@ class _Asked:
         row |= {"slip_range": contacts["slip_range"].max(), "residual": steady.residual, **measured[0]}
         if self.limits is not None:
             if not (self.limits[1].proven and factor <= self.limits[1].load_factor):
-                found = dissipation_range(*asked, **self.options)
+                found = dissipation_range(*asked, steps=self.steps)
                 row["residual"] = max(steady.residual, found.residual)
                 measured += [self.load.measured(state) for state in found.steady_states]
             ends = pd.DataFrame(measured).agg(["min", "max"])
@@ -205,7 +197,7 @@ class _Asked:
             system=self.system,
             cycle=self.cycle,
             friction=self.friction,
-            steps=self.options["steps"],
+            steps=self.steps,
             residual=float(table["residual"].max()),
         )
 
@@ -250,7 +242,7 @@ def rising_factors(load_factors: ArrayLike) -> Array:
     return factors
 
 
-def _with_compliance(system: ContactSystem, cycle: LoadCycle, friction: Array, natural_frequency: float | None) -> tuple[ContactSystem, _Load]:
+def with_compliance(system: ContactSystem, cycle: LoadCycle, friction: Array, natural_frequency: float | None) -> tuple[ContactSystem, _Load]:
     """The contact with a compliance, its own or one of which the load has what its natural frequency says; and the load."""
     given = None if natural_frequency is None else finite_number("natural_frequency", natural_frequency, above=0.0)
     first, *others = (np.array([corner.get(case, 0.0) for case in system.bonded]) for corner in cycle.corners)

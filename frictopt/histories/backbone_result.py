@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from ..contact import ContactSystem, Kept, LoadCycle, Plotted, frame
-from ..contact.checks import Array, finite_number
+from ..contact import Array, ContactSystem, Kept, LoadCycle, Plotted, finite_number, frame
 from ..errors import ModelError
 from ..transients import SteadyState, steady_state
 

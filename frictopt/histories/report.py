@@ -14,7 +14,7 @@ from ..contact.checks import warns_of_odd_values
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import ShakedownLimit, gross_slip, guaranteed_limit, required_friction, shakedown_limit
 from ..transients.march import mean_state
-from .backbone import backbone_curve, rising_factors
+from .backbone import Asked, rising_factors, with_compliance
 from .report_result import Report
 
 LOAD_FACTORS = (0.25, 0.5, 1.0, 2.0)
@@ -112,7 +112,9 @@ def report(
         if factors is None:
             factors = (min(1.0, _BELOW * most / LOAD_FACTORS[-1]) if most > 0 else 1.0) * np.array(LOAD_FACTORS)
         rests = 1 <= most * (1 + ROUNDING)
-        curve = ask("curve", lambda: backbone_curve(system, cycle, f, np.union1d(factors, [1.0] * rests), steps=steps))
+        joint, load = with_compliance(system, cycle, f, None)
+        asked = Asked(joint, cycle, f, load, slides or SolverError(missing["gross-slip load"]), None, steps)
+        curve = ask("curve", lambda: asked.followed(np.union1d(factors, [1.0] * rests), True))
         if curve and rests and not any(steady and steady.load_factor == 1 for steady in curve.steady_states):
             missing["steady state at load factor 1"] = curve.note
         opened = in_space and mean is not None and bool(mean.open.any())

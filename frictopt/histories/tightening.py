@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import root
 
-from ..contact import RESIDUAL, ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients
-from ..contact.checks import Array, warns_of_odd_values
+from ..contact import RESIDUAL, Array, ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, warns_of_odd_values
 from ..errors import ModelError, SolverError
 from ..transients.march import mean_state
 

@@ -8,8 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from ..contact import RESIDUAL, Array, ContactSystem
-from ..contact.parts import runs
+from ..contact import RESIDUAL, Array, ContactSystem, runs
 from .style import BLACK, GREY, POINTS, SERIES, Look, line, slanted
 
 
