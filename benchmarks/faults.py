@@ -330,6 +330,7 @@ FAULTS = (
           "listings load_rates"),
     Fault("solve/compiled.py", "any entries of a variable are a dense equation", "all(_is_variable(part) for part in (left, right.args[1]))", "True",
           "compiled own_constraints"),
+    Fault("solve/compiled.py", "a factor chooses entries", "not _chooses(part.args[0])", "False", "own_constraints"),
     Fault("solve/reduced.py", "a bound of abs that two rows bound", "(count(bounds) == 1)", "(count(bounds) >= 1)", "compiled"),
     Fault("solve/reduced.py", "a bound of abs that is sought", "only = (program.cost == 0) & ", "only = ", "compiled"),
     Fault("solve/reduced.py", "a bound of abs in an equation", "(count(~in_head) == 0)", "(count(~in_head) >= 0)", "compiled"),

@@ -112,6 +112,30 @@ def test_all_forms_of_a_constraint_say_the_same():
         assert limits == pytest.approx([limits[0]] * len(limits), rel=1e-9) and limits[0] < 0.99 * model.solve(0.4).load_factor
 
 
+def test_dense_equations_say_the_same_however_they_are_scaled():
+    """y = M slip in several ways, with entries of y bounded so that they limit the load."""
+    rng, n = np.random.default_rng(3), 6
+    contact, M, shift = random_system(rng, n), rng.normal(size=(n, n)), rng.normal(size=n)
+    twice, some = sp.diags_array(np.full(n, 2.0)), np.eye(n)[[4, 0, 2]]
+    model, y = fo.ShakedownModel(contact, CYCLE), cp.Variable(n, name="y")
+    free = model.solve(0.5)
+    most = 0.9 * np.abs(M @ free.slip)
+    same = [
+        [y == M @ model.slip],
+        [2 * y == 2 * M @ model.slip],
+        [2 * y == M @ (2 * model.slip)],
+        [twice @ y == (2 * M) @ model.slip],
+        [np.diag(np.arange(1.0, n + 1)) @ y == (np.arange(1.0, n + 1)[:, None] * M) @ model.slip],
+        [y == (M / 2) @ (twice @ model.slip)],
+        [y + shift == M @ model.slip + shift],
+        [some @ y == (some @ M) @ model.slip, y[[1, 3, 5]] == M[[1, 3, 5]] @ model.slip],
+        [np.eye(n)[::-1] @ y == M[::-1] @ model.slip],
+    ]
+    found = [model.solve(0.5, [*rows, cp.abs(y) <= most]).load_factor for rows in same]
+    assert found[0] < 0.999 * free.load_factor
+    assert np.ptp(found) <= 1e-9 * found[0]
+
+
 def test_a_constraint_on_one_side_of_a_mirror_symmetric_contact_is_not_lost():
     contact, cycle = mirrored(np.random.default_rng(3), 4), fo.LoadCycle({"mean": 1.0}, [{"one": 1.0}, {"one": -1.0}])
     model = fo.ShakedownModel(contact, cycle)

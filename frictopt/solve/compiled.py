@@ -170,10 +170,19 @@ def _is_dense(row: cp.Constraint) -> bool:
 
 
 def _is_variable(part: cp.Expression) -> bool:
-    """Whether an expression is a variable, or entries of it in the order of its columns or chosen by a matrix of zeros and ones."""
-    while part.args and isinstance(part, (cp.reshape, cp.atoms.affine.binary_operators.MulExpression)):
+    """Whether an expression is a variable, or entries of it in the order of its columns or chosen by a matrix of zeros and ones, each once."""
+    while isinstance(part, (cp.reshape, cp.atoms.affine.binary_operators.MulExpression)):
+        if not isinstance(part, cp.reshape) and not _chooses(part.args[0]):
+            return False
         part = part.args[-1]
     return isinstance(part, cp.Variable)
+
+
+def _chooses(factor: cp.Expression) -> bool:
+    if not isinstance(factor, cp.Constant) or factor.ndim != 2:
+        return False
+    matrix = csr_array(factor.value)
+    return bool((np.diff(matrix.indptr) == 1).all() and (matrix.data == 1).all() and len(np.unique(matrix.indices)) == matrix.nnz)
 
 
 def unresisted(square: Array, others: Array, along: Array, across: Array) -> tuple[Array, Array]:
