@@ -258,7 +258,8 @@ def test_bounds_of_norms_are_no_unknowns():
 
 
 @pytest.mark.parametrize(
-    "why", ["two rows bound it", "a row and a cone bound it", "it is what is sought", "it stands in an equation", "it hurts in a cone"]
+    "why",
+    ["two rows bound it", "a row and a cone bound it", "a cone bounds it", "it is what is sought", "it stands in an equation", "it hurts in a cone"],
 )
 def test_an_unknown_is_kept_unless_one_row_bounds_it_and_it_only_helps_elsewhere(why):
     x, t = cp.Variable(2), cp.Variable()
@@ -266,6 +267,7 @@ def test_an_unknown_is_kept_unless_one_row_bounds_it_and_it_only_helps_elsewhere
     goal, rows = {
         "two rows bound it": (goal, [*rows, t <= 0.5]),
         "a row and a cone bound it": (goal, [*rows, cp.SOC(0.9 - t, x)]),
+        "a cone bounds it": (goal, [*rows[:2], x[1] >= 0.25, cp.SOC(0.9 - t, x)]),
         "it is what is sought": (0.5 * x[0] - x[1] - t, rows),
         "it stands in an equation": (goal, [*rows, t + x[0] + 2 * x[1] == 1.6]),
         "it hurts in a cone": (goal, [*rows, cp.SOC(0.9, cp.hstack([t, x[0]]))]),
