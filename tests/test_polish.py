@@ -91,6 +91,16 @@ def test_a_least_objective_has_its_bound_below():
     assert proven(compiled, np.array([2.5]), np.ones(1)).gap == pytest.approx(0.5 / 5.5)
 
 
+def test_what_a_point_breaks_and_multipliers_that_are_in_their_cones():
+    """By hand: z[0] == 1, z[1] <= 2, |z| <= 3."""
+    z = cp.Variable(2)
+    program = arrays(Compiled(cp.Problem(cp.Maximize(z[1]), [z[0] == 1, z[1] <= 2, cp.SOC(cp.Constant(3.0), z)])))
+    broken = [program.violation(np.array(point)) for point in ([1.0, 0.0], [1.5, 0.0], [0.0, -2.0], [1.0, 2.5], [1.0, -5.0])]
+    assert broken == pytest.approx([0.0, 0.5, 1.0, 0.5, np.hypot(1, 5) - 3])
+    for given_y, nearby in (([-5, -1, 1, 3, -4], [-5, 0, 5, 3, -4]), ([5, 1, -1, 3, 4], [5, 1, 0, 0, 0]), ([0, 2, 6, 3, 4], [0, 2, 6, 3, 4])):
+        assert program.admissible(np.array(given_y, dtype=float)) == pytest.approx(np.array(nearby))
+
+
 @settings(max_examples=15)
 @given(seed=st.integers(0, 10**6), equations=st.booleans())
 def test_a_rough_solution_becomes_the_exact_one(seed, equations):
