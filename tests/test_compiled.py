@@ -257,6 +257,15 @@ def test_bounds_of_norms_are_no_unknowns():
     assert x.value == pytest.approx(np.array([[3.0, 4.0], [0.0, 1.0]])) and row.dual_value == pytest.approx([5.0, 1.0])
 
 
+def test_a_cone_without_room_is_equations_and_its_multiplier_is_in_the_cone():
+    x = cp.Variable(3)
+    shut = cp.SOC(cp.Constant(0.0), x[:2] - np.array([1.0, 2.0]))
+    chain = Chain(cp.Problem(cp.Maximize(3 * x[0] + 4 * x[1] + x[2]), [shut, x[2] <= 5.0]), {})
+    assert chain.reduced.arrays.zero == 2 and chain.reduced.arrays.sizes.tolist() == [1]
+    chain.solve(lambda: SolveRecord(residual=chain.proof.gap))
+    assert x.value == pytest.approx(np.array([1.0, 2.0, 5.0])) and shut.dual_value[0] == pytest.approx(5.0)
+
+
 @pytest.mark.parametrize(
     "why",
     ["two rows bound it", "a row and a cone bound it", "a cone bounds it", "it is what is sought", "it stands in an equation", "it hurts in a cone"],
