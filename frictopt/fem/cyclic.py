@@ -184,9 +184,8 @@ class Sector:
                 "faces on one side `low` of both bodies, or cut where no contact is"
             )
         if (k := first_of(np.abs(gap[high] - gap[low]) > COUNTS * gap.max(initial=0.0))) is not None:
-            told = (
-                f"{names[contact[high[k]]]!r} at {place(points[nodes[high[k]]])} is {gap[high[k]]:g}, and {gap[low[k]]:g} at the node that it copies"
-            )
+            at = f"{names[contact[high[k]]]!r} at {place(points[nodes[high[k]]])}"
+            told = f"{at} is {gap[high[k]]:g}, and {gap[low[k]]:g} at the node that it copies"
             raise ModelError(f"contacts: the gap of {told}, on the other cut face; give gaps that repeat from sector to sector")
         widths[low] += widths[high]
         normals[low] += normals[high] @ self.turn

@@ -229,11 +229,9 @@ class ContactModel(Shown, Viewed, Vibrating):
             warn_of_open_nodes(w, r, float(np.abs(u).max()))
         u = parts.tied @ (R @ u + D @ left + moved)
         shifts = {name: frozen(u[parts.rows[first : first + parts.bodies[name].mesh.p.shape[1]]].T) for name, first in parts.first_node.items()}
-        expansions = [(amplitude, part) for name, amplitude in amplitudes.items() for part in self.loads[name] if isinstance(part, Expansion)]
+        expanded = [(amplitude, part) for name, amplitude in amplitudes.items() for part in self.loads[name] if isinstance(part, Expansion)]
         seams = {name: parts.sector.seam(parts.first_node[name], body) for name, body in parts.bodies.items()}
-        tensors = {
-            name: strain_and_stress(name, body, parts.kinematics, shifts[name], expansions, seams[name]) for name, body in parts.bodies.items()
-        }
+        tensors = {name: strain_and_stress(name, body, parts.kinematics, shifts[name], expanded, seams[name]) for name, body in parts.bodies.items()}
         strain, stress = ({name: both[i] for name, both in tensors.items()} for i in (0, 1))
         q, p, v, w = map(frozen, (*parted(r, d), v, w))
         return BodyFields(shifts, stress, strain, q, p, v, w, parts.bodies, self.units, parts.glued.interface.frames, parts.sides)

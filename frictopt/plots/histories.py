@@ -98,11 +98,8 @@ def _backbone_curve(curve: BackboneCurve, ax: AxesArray | None = None) -> AxesAr
         legend(share)
     share.set(ylabel="share that slips", ylim=(-0.03, 1.03))
     mode = np.isfinite(curve.natural_frequency)
-    names = {
-        "frequency" if mode else "stiffness": (curve.least_frequency, curve.most_frequency),
-        "damping": (curve.least_damping, curve.most_damping),
-    }
-    for axes, (name, (least, most)) in zip(more, names.items(), strict=False):
+    ranges = (curve.least_frequency, curve.most_frequency), (curve.least_damping, curve.most_damping)
+    for axes, name, (least, most) in zip(more, ("frequency" if mode else "stiffness", "damping"), ranges, strict=False):
         axes.plot(curve.load_factor, getattr(curve, name), **look, label="without residual slip")
         if not np.isnan(least).all():
             axes.fill_between(curve.load_factor, least, most, color=look["color"], alpha=0.2, lw=0, label="range over residual slips")
