@@ -19,7 +19,6 @@ from .checks import (
     for_each,
     frozen,
     listed,
-    per_node,
     place,
     real_array,
     shown,

@@ -241,11 +241,8 @@ class ContactState(Kept):
         return frame({"node": range(len(self.slip)), **components("slip", self.slip), "gap": self.gap})
 
     def _answer(self) -> Mapping[str, object]:
-        return {
-            "nodes": len(self.slip),
-            "open": int(self.open.sum()),
-            "next_corner": self.next_corner if self.next_loads is None else repr(self.next_loads),
-        }
+        corner = self.next_corner if self.next_loads is None else repr(self.next_loads)
+        return {"nodes": len(self.slip), "open": int(self.open.sum()), "next_corner": corner}
 
 
 def checked_state(name: str, state: object, system: ContactSystem, corners: int) -> ContactState:

@@ -40,9 +40,8 @@ def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: 
     texts = []
     for name in dict.fromkeys(names.tolist()):
         own, floor = names == name, CONDENSATION * force
-        P, most, *Q = (
-            total if abs(total := float(part[own].sum())) > floor else 0.0 for part in (p, friction * p, *(q * system.stretch).reshape(len(p), -1).T)
-        )
+        sums = [float(part[own].sum()) for part in (p, friction * p, *(q * system.stretch).reshape(len(p), -1).T)]
+        P, most, *Q = (total if abs(total) > floor else 0.0 for total in sums)
         pressed = f"a normal force of {P:.3g} on {int((p[own] > floor).sum())} of {int(own.sum())} nodes"
         texts.append(f"{name} has {pressed} and a shear force of {hypot(*Q):.3g}, of at most f p = {most:.3g}")
     return ", ".join(texts)

@@ -113,10 +113,10 @@ class Assembly:
         for support in self.supports:
             if not support.normal:
                 held[self.nodes("supports", support)[:, None], self.axes("supports", support.body, support.directions)] = True
-        ways = self.sector.held() if self.sector else []
+        ways = self.sector.held()
         for name in dict.fromkeys(support.body for support in self.supports if support.normal):
             body, own = self.body("supports", name), [support for support in self.supports if support.normal and support.body == name]
-            first, seam = self.first_node[name], self.sector.seam(self.first_node[name], body) if self.sector else None
+            first, seam = self.first_node[name], self.sector.seam(self.first_node[name], body)
             ways += [(first + nodes, normals) for nodes, normals in normals_along(body, own, seam)]
         for nodes, normals in ways:
             straight, most = along_axes(normals)
@@ -152,7 +152,7 @@ class Assembly:
         for contact in contacts:
             for name, boundary in ((contact.body_1, contact.boundary_1), (contact.body_2, contact.boundary_2)):
                 faces[name].append(self.bodies[name].boundary(boundary, "contacts"))
-        for name, facets in self.sector.unlike.items() if self.sector else ():
+        for name, facets in self.sector.unlike.items():
             faces[name].append(facets)
         parts = [midside_ties(self.bodies[name].mesh, np.unique(np.concatenate(own)), f"contacts: body {name!r}") for name, own in faces.items()]
         links, unknowns = block_diag(parts).tocoo(), self.rows.ravel()
@@ -165,7 +165,7 @@ class Assembly:
         follows[row] = 1.0
         self.free_rows[follows[self.rows] > 0] = -2
         midside = csr_matrix(diags(1 - follows) + csr_matrix((links.data[free], (row, column)), shape=(len(follows),) * 2))
-        return csr_matrix(midside @ self.sector.follow(self.rows, self.free_rows, self.directions, self.points)) if self.sector else midside
+        return csr_matrix(midside @ self.sector.follow(self.rows, self.free_rows, self.directions, self.points))
 
     def _let_follow(self, midside: Integers, corners: Integers) -> None:
         """Let midside nodes that are held along oblique normals follow their corners, if these are held so: all stay in the plane."""
@@ -188,9 +188,8 @@ class Assembly:
         projection = csr_matrix(vstack([csr_matrix((P.data, i + P.indices, P.indptr), shape=(P.shape[0], len(self.points))) for P, i in placed]))
         number = np.repeat(np.arange(len(contacts)), [len(joint.nodes) for joint in self.joints])
         normals, widths, gap = (np.concatenate([getattr(joint, name) for joint in self.joints]) for name in ("normals", "widths", "gap"))
-        if self.sector:
-            once = self.sector.once(self.names, (number, ones, projection, normals, widths, gap), self.points)
-            ones, projection, number, normals, widths, gap = (part[once] for part in (ones, projection, number, normals, widths, gap))
+        every = number, ones, projection, normals, widths, gap
+        number, ones, projection, normals, widths, gap = self.sector.once(self.names, every, self.points)
         links, near, others = projection.tocoo(), same_point(self.points), np.full(len(ones), -1)
         lie = np.linalg.norm(self.points[links.col] - self.points[ones[links.row]], axis=1) <= near
         others[links.row[lie]] = links.col[lie]
@@ -204,7 +203,7 @@ class Assembly:
 
     def _open(self, cuts: Sequence[Cut]) -> None:
         """Let the far faces of cuts follow the near ones."""
-        self.cuts, taken = [], np.r_[self.pairs.opening.indices, self.sector.on_cuts if self.sector else NO_ROWS]
+        self.cuts, taken = [], np.r_[self.pairs.opening.indices, self.sector.on_cuts]
         for cut in cuts:
             near, far = (self.first_node[cut.bolt.body] + face for face in (cut.near, cut.far))
             if self._held(near, cut.axis, self.free_rows < 0).any() or np.isin(taken, [near, far]).any():
@@ -252,9 +251,8 @@ class Assembly:
 
     def _followed(self, argument: str, moved: Array, parts: Sequence[Load]) -> Array:
         """Displacements (size,) of supports, nan where none is given, and of what is glued to them."""
-        if self.sector:
-            self.sector.check_moved(argument, moved[self.rows], (self.tied @ np.nan_to_num(moved))[self.rows], self.points)
-            self.sector.check_loads(argument, parts)
+        self.sector.check_moved(argument, moved[self.rows], (self.tied @ np.nan_to_num(moved))[self.rows], self.points)
+        self.sector.check_loads(argument, parts)
         given, moved = ~np.isnan(moved), np.nan_to_num(moved)
         if not moved.any():
             return moved

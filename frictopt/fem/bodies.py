@@ -127,9 +127,8 @@ def _check_elements(mesh: Mesh) -> None:
     bad = ~((sizes > 0).all(axis=0) | (sizes < 0).all(axis=0))
     if (i := first_of(bad)) is not None:
         repair = "repair the mesh" if type(mesh) in QUADRATIC else "mesh finer, or with straight sides (gmsh: Mesh.SecondOrderLinear = 1)"
-        raise ModelError(
-            f"mesh: {bad.sum()} elements are not convex or have no {'area' if mesh.dim() == 2 else 'volume'}, the first is {i}; {repair}"
-        )
+        size = "area" if mesh.dim() == 2 else "volume"
+        raise ModelError(f"mesh: {bad.sum()} elements are not convex or have no {size}, the first is {i}; {repair}")
     if parts := parts_of(mesh.f2t[:, mesh.f2t[1] >= 0], mesh.t.shape[1]).max():
         share = "edge" if mesh.dim() == 2 else "face"
         raise ModelError(f"mesh: {parts + 1} parts that share no {share}; give one connected body (merge nodes that coincide)")

@@ -163,7 +163,7 @@ class Sector:
                 told = f"{load} is another one in the next sector, turned by 360/{self.count} degrees"
                 raise ModelError(f"{argument}: {told}; give functions of the coordinates that turn so, a spin about the axis, or the whole ring")
 
-    def once(self, names: Sequence[str], pairs: tuple[Any, ...], points: Array) -> Integers:
+    def once(self, names: Sequence[str], pairs: tuple[Any, ...], points: Array) -> tuple[Any, ...]:
         """The pairs but those of copied nodes: in the ring each is one pair with that of the node that it copies, and adds normal and width to it.
 
         Of each pair are given the number of its contact, its node of body 1, its place on body 2, a row over all nodes, normal, width and gap.
@@ -184,13 +184,12 @@ class Sector:
                 "faces on one side `low` of both bodies, or cut where no contact is"
             )
         if (k := first_of(np.abs(gap[high] - gap[low]) > COUNTS * gap.max(initial=0.0))) is not None:
-            told = (
-                f"{names[contact[high[k]]]!r} at {place(points[nodes[high[k]]])} is {gap[high[k]]:g}, and {gap[low[k]]:g} at the node that it copies"
-            )
+            at = f"{names[contact[high[k]]]!r} at {place(points[nodes[high[k]]])}"
+            told = f"{at} is {gap[high[k]]:g}, and {gap[low[k]]:g} at the node that it copies"
             raise ModelError(f"contacts: the gap of {told}, on the other cut face; give gaps that repeat from sector to sector")
         widths[low] += widths[high]
         normals[low] += normals[high] @ self.turn
-        return np.delete(np.arange(len(nodes)), high)
+        return tuple(part[np.delete(np.arange(len(nodes)), high)] for part in pairs)
 
     def seam(self, first: int, body: Body) -> Seam | None:
         """Copied nodes of a body, whose nodes begin with that number, the nodes that they copy, and Q; None if it has none."""
@@ -198,8 +197,8 @@ class Sector:
         return (copied, self.copies[first + copied] - first, self.turn) if len(copied) else None
 
 
-def sector_of(cuts: Sequence[Cyclic], bodies: Mapping[str, Body], kinematics: Kinematics) -> Sector | None:
-    """The nodes of all bodies, one body after the other, that follow others; None if no body is cut."""
+def sector_of(cuts: Sequence[Cyclic], bodies: Mapping[str, Body], kinematics: Kinematics) -> Sector:
+    """The nodes of all bodies, one body after the other, that follow others: none in a whole, the one sector of its ring."""
     if cuts and kinematics == "axisymmetric":
         raise ModelError(f"supports: {cuts[0]} in an axisymmetric model, which is the whole ring; leave it out, or mesh the sector in space")
     found: dict[str, Sector] = {}
@@ -207,15 +206,15 @@ def sector_of(cuts: Sequence[Cyclic], bodies: Mapping[str, Body], kinematics: Ki
         if cut.body not in bodies or cut.body in found:
             raise ModelError(f"supports: body {cut.body!r} of {cut} is unknown, or has another Cyclic; this model has {sorted(bodies)}")
         found[cut.body] = _sector(bodies[cut.body], cut)
-    if not found:
-        return None
-    (one, first), *others = found.items()
+    none, d = np.zeros(0, dtype=np.intp), next(iter(bodies.values())).mesh.dim()
+    uncut = Sector(none, csr_matrix((0, 0)), none, none, np.eye(d), np.zeros(d), np.zeros(d), 1, {})
+    (one, first), *others = found.items() or [("", uncut)]
     for name, other in others:
         near = same_point(bodies[one].mesh.p.T)
         if np.abs(other.turn - first.turn).max() > SAME_POINT or np.abs(other.shift - first.shift).max() > near:
             raise ModelError(f"supports: the sectors of bodies {one!r} and {name!r} turn about other axes or by other angles; give all the same")
-    sizes, none = {name: body.mesh.p.shape[1] for name, body in bodies.items()}, np.zeros(0, dtype=np.intp)
-    whole = {name: replace(first, nodes=none, places=csr_matrix((0, n)), copies=np.full(n, -1), fixed=none, unlike={}) for name, n in sizes.items()}
+    sizes = {name: body.mesh.p.shape[1] for name, body in bodies.items()}
+    whole = {name: replace(uncut, places=csr_matrix((0, n)), copies=np.full(n, -1)) for name, n in sizes.items()}
     parts = list(zip(np.cumsum([0, *sizes.values()]), (whole | found).values(), strict=False))
     return replace(
         first,

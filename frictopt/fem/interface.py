@@ -152,7 +152,7 @@ def blocks_of(blocks: Array) -> csr_matrix:
     """(n d, n d) matrix with blocks (n, d, d) on its diagonal."""
     n, d, _ = blocks.shape
     columns = np.broadcast_to(d * np.arange(n)[:, None, None] + np.arange(d), blocks.shape)
-    return csr_matrix((blocks.ravel(), columns.ravel(), d * np.arange(n * d + 1)))
+    return csr_matrix((blocks.ravel(), columns.ravel(), d * np.arange(n * d + 1)), shape=(n * d,) * 2)
 
 
 def openings(nodes: Integers, projection: csr_matrix) -> csr_matrix:

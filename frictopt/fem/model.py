@@ -229,11 +229,9 @@ class ContactModel(Shown, Viewed, Vibrating):
             warn_of_open_nodes(w, r, float(np.abs(u).max()))
         u = parts.tied @ (R @ u + D @ left + moved)
         shifts = {name: frozen(u[parts.rows[first : first + parts.bodies[name].mesh.p.shape[1]]].T) for name, first in parts.first_node.items()}
-        expansions = [(amplitude, part) for name, amplitude in amplitudes.items() for part in self.loads[name] if isinstance(part, Expansion)]
-        seams = {name: parts.sector.seam(parts.first_node[name], body) if parts.sector else None for name, body in parts.bodies.items()}
-        tensors = {
-            name: strain_and_stress(name, body, parts.kinematics, shifts[name], expansions, seams[name]) for name, body in parts.bodies.items()
-        }
+        expanded = [(amplitude, part) for name, amplitude in amplitudes.items() for part in self.loads[name] if isinstance(part, Expansion)]
+        seams = {name: parts.sector.seam(parts.first_node[name], body) for name, body in parts.bodies.items()}
+        tensors = {name: strain_and_stress(name, body, parts.kinematics, shifts[name], expanded, seams[name]) for name, body in parts.bodies.items()}
         strain, stress = ({name: both[i] for name, both in tensors.items()} for i in (0, 1))
         q, p, v, w = map(frozen, (*parted(r, d), v, w))
         return BodyFields(shifts, stress, strain, q, p, v, w, parts.bodies, self.units, parts.glued.interface.frames, parts.sides)
@@ -264,7 +262,7 @@ class ContactModel(Shown, Viewed, Vibrating):
             extents = " x ".join(f"{extent:.4g}" for extent in np.ptp(body.mesh.p, axis=1))
             bodies[name] = f"E={body.material.E:g}, nu={body.material.nu:g}, {extents}, {body.mesh.p.shape[1]} nodes"
         model = {"bodies": bodies, "contacts": dict(zip(self._parts.names, counts, strict=True)), "supports": len(self.supports)}
-        if self._parts.sector:
+        if self._parts.sector.count > 1:
             model["sector"] = f"1 of {self._parts.sector.count}"
         return {**model, "loads": list(self.loads), "kinematics": self.kinematics}
 

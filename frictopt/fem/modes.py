@@ -175,7 +175,7 @@ def _found(parts: Assembly, springs: tuple[Array, Array], opened: Booleans, n: i
     factors = sum(own @ np.asarray(masses[name].sum(axis=0)).ravel() for name, own in shapes.items())
     if parts.kinematics == "axisymmetric":
         factors = factors * [0.0, 1.0]  # no motion along the radius is a translation
-    elif parts.sector:
+    elif parts.sector.count > 1:
         factors = factors @ np.outer(parts.sector.along, parts.sector.along)  # nor is one that turns from sector to sector
     return Modes(
         frequency=frozen(np.sqrt(squares) / (2 * np.pi)),

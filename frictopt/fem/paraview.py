@@ -113,16 +113,15 @@ def contact_face(model: ContactModel, fields: BodyFields | None, more: Mapping[s
     mesh.point_data.update({name: _in_space(values) for name, values in vectors.items()})
     mesh.point_data.update({"gap": fields.gap, "pressure": fields.p / width, **more})
     sector = model._parts.sector
-    originals = np.where(sector.copies[tips] >= 0, sector.copies[tips], tips) if sector else tips
+    originals = np.where(sector.copies[tips] >= 0, sector.copies[tips], tips)
     distance, nearest = cKDTree(points[pairs]).query(points[originals])
     own = np.r_[np.arange(len(pairs)), nearest]
     mesh.point_data.update({name: values[own] for name, values in mesh.point_data.items()})
     mesh.point_data["displacement"][len(pairs) :] = _in_space(moved[tips])
     for name in mesh.point_data.keys() & {"slip", "gap", "work"}:
         mesh.point_data[name][len(pairs) + np.flatnonzero(distance > same_point(points))] = 0.0
-    if sector:
-        for name in ("normal", "slip", "shear"):
-            mesh.point_data[name][len(pairs) + np.flatnonzero(originals != tips), : points.shape[1]] @= sector.turn.T
+    for name in ("normal", "slip", "shear"):
+        mesh.point_data[name][len(pairs) + np.flatnonzero(originals != tips), : points.shape[1]] @= sector.turn.T
     return mesh
 
 

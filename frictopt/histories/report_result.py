@@ -149,17 +149,29 @@ class Report(Kept):
         return list(self._advice())
 
     def _advice(self) -> Iterator[str]:
-        slides, steady, limit, guaranteed = self.gross_slip, self.steady, self.limit, self.guaranteed
-        enough = self.required is None or bool(np.isfinite(self.required.required))
         if self.mean_state is not None and self.mean_state.open.all():
             yield "The mean load opens all nodes: press the contact."
             return
+        enough = self.required is None or bool(np.isfinite(self.required.required))
+        yield from self._on_sliding(enough)
+        yield from self._on_slip(enough)
+        if self._lifts:
+            slips = self.steady is not None and int(self.steady.slipping.sum()) >= _MANY
+            yield f"Quote the gross-slip load{', the work and the share that slips' * slips}, not the limits, which change with the mesh."
+
+    def _on_sliding(self, enough: bool) -> Iterator[str]:
+        """Whether bodies slide off; `enough` friction might keep the contact stuck."""
+        slides = self.gross_slip
         if slides is not None and not slides.load_factor * (1 + ROUNDING) >= 1:
             yield f"At your load nothing rests, bodies slide off: press them more,{' raise friction,' * enough} or load them less."
         elif slides is not None and slides.least * (1 - ROUNDING) > 1:
             yield f"At your load nothing rests: below load factor {slides.least:.4g} the mean load slides bodies off."
         elif slides is not None and slides.load_factor < np.inf:
             yield f"Your load is {1 / slides.load_factor:.1%} of the gross-slip load, at which bodies slide off."
+
+    def _on_slip(self, enough: bool) -> Iterator[str]:
+        """What the steady cycle says, and what the limits add to it."""
+        steady, limit, guaranteed = self.steady, self.limit, self.guaranteed
         if steady is not None and steady.outcome is Outcome.SHAKEDOWN:
             if (steady.friction == 0).any() and self.contacts["slip_range"].max() > 0:
                 yield "At your load no friction does work; nodes without friction slide to and fro."
@@ -181,9 +193,6 @@ class Report(Kept):
                 yield "It slips below the guaranteed limit: nodes open and close in each cycle, and such cycles it does not cover."
         elif "steady state at load factor 1" in self.missing:
             yield "At your load no steady state is found, see what is without an answer."
-        if self._lifts:
-            slips = steady is not None and int(steady.slipping.sum()) >= _MANY
-            yield f"Quote the gross-slip load{', the work and the share that slips' * slips}, not the limits, which change with the mesh."
 
     def _sections(self) -> Iterator[tuple[str, list[str], pd.DataFrame | None, Plotted | None]]:
         """Title, sentences, table and picture of each part, in their order."""

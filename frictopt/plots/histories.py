@@ -12,7 +12,7 @@ from ..histories.protocols import REST, SLIP, UNDECIDED, LimitAfterProtocol
 from ..histories.wear import WearHistory
 from ..histories.worn_in import WornIn
 from .face import face_map, panels_of
-from .strip import label_contacts, label_panels, lines
+from .strip import label_contacts, label_panels, lines, work_label
 from .style import ALONG, BLACK, GREY, POINTS, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, picture, series
 
 _STRIP = 6.4, 2.4  # size of a picture with a row for each outcome, inches
@@ -89,8 +89,7 @@ def _backbone_curve(curve: BackboneCurve, ax: AxesArray | None = None) -> AxesAr
     known, look = bool(np.isfinite(curve.stiffness).any()), {name: series(0)[name] for name in ("color", "marker")}
     work, share, *more = panels = new_axes(ax, 4 if known else 2, (6.4, 9.0 if known else 5.4))
     work.plot(curve.load_factor, np.where(curve.work > 0, curve.work, np.nan), **look)
-    per_depth = " per depth" if curve.system.tangents == 1 else ""
-    work.set(yscale="log", ylabel=f"work of friction per cycle\n(force times length{per_depth})")
+    work.set(yscale="log", ylabel=work_label(curve.system))
     for number, (name, rows) in enumerate(curve.by_contact.groupby("contact", sort=False)):
         share.plot(rows["load_factor"], rows["slipping"], **line(number), label=name)
     if curve.by_contact["contact"].nunique() > 1:
@@ -98,11 +97,8 @@ def _backbone_curve(curve: BackboneCurve, ax: AxesArray | None = None) -> AxesAr
         legend(share)
     share.set(ylabel="share that slips", ylim=(-0.03, 1.03))
     mode = np.isfinite(curve.natural_frequency)
-    names = {
-        "frequency" if mode else "stiffness": (curve.least_frequency, curve.most_frequency),
-        "damping": (curve.least_damping, curve.most_damping),
-    }
-    for axes, (name, (least, most)) in zip(more, names.items(), strict=False):
+    ranges = (curve.least_frequency, curve.most_frequency), (curve.least_damping, curve.most_damping)
+    for axes, name, (least, most) in zip(more, ("frequency" if mode else "stiffness", "damping"), ranges, strict=False):
         axes.plot(curve.load_factor, getattr(curve, name), **look, label="without residual slip")
         if not np.isnan(least).all():
             axes.fill_between(curve.load_factor, least, most, color=look["color"], alpha=0.2, lw=0, label="range over residual slips")
@@ -149,8 +145,7 @@ def _wear(history: WearHistory, ax: AxesArray | None = None) -> AxesArray:
         legend(depth, "cycles")
         label_panels([depth, pressure], system)
     work.plot(table["cycles"], table["work"], color=BLACK, **POINTS)
-    per_depth = " per depth" if system.tangents == 1 else ""
-    work.set(xlabel="load cycles", ylabel=f"work of friction per cycle\n(force times length{per_depth})", ylim=(0.0, None))
+    work.set(xlabel="load cycles", ylabel=work_label(system), ylim=(0.0, None))
     return np.array(panels)
 
 

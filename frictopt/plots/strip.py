@@ -75,6 +75,11 @@ def label_panels(panels: Sequence[Axes], system: ContactSystem) -> None:
         axes.set_xlabel("")
 
 
+def work_label(system: ContactSystem) -> str:
+    """Name of the axis of the work of friction per cycle."""
+    return f"work of friction per cycle\n(force times length{' per depth' * (system.tangents == 1)})"
+
+
 def friction_bounds(ax: Axes, of: str = "(f p)") -> None:
     """Draw the bounds of q over the shear that friction holds."""
     ax.axhline(-1.0, color=GREY, lw=0.8)

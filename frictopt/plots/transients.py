@@ -13,7 +13,7 @@ from ..histories.dissipation_range import DissipationRange
 from ..transients import LoadLoop, SteadyState, Trajectory
 from ..transients.fretting import slip_ways
 from .face import face_map, panels_of
-from .strip import label_contacts, label_panels, lines, lines_or_band, node_at, parts
+from .strip import label_contacts, label_panels, lines, lines_or_band, node_at, parts, work_label
 from .style import BLACK, GREY, POINTS, SERIES, AxesArray, Look, legend, line, new_axes, picture, series, slanted
 
 _MOST_TICKS = 12  # corners that have a tick each
@@ -184,7 +184,7 @@ def _slip_and_work(above: Axes, below: Axes, steady: SteadyState, **look: Any) -
     lines(above, steady.system, ranges, **look, **POINTS)
     lines(below, steady.system, steady.dissipation_per_node, **look, **POINTS)
     above.set_ylabel("slip range (length)")
-    below.set_ylabel("work of friction per cycle\n(force times length per depth)")
+    below.set_ylabel(work_label(steady.system))
 
 
 def _time_axis(axes: Axes, path: Trajectory, axis: str) -> None:

@@ -86,9 +86,8 @@ class Dovetail(Scene):
     def _grids(self) -> Sequence[Sequence[Array]]:
         """Of the blade and of the disc, x over the width at each height."""
         h, first, y = self._half_height, self.corner_size, self.contact_nodes * -self._direction[1]
-        below, above, lug, slot = (
-            away(length, first, self.growth) for length in (self.foot_height, self.neck_height, self.lug_height, self._slot - h)
-        )
+        heights = self.foot_height, self.neck_height, self.lug_height, self._slot - h
+        below, above, lug, slot = (away(height, first, self.growth) for height in heights)
         half, inner, side = (away(1.0, first / width, self.growth) for width in (self.neck_half_width, self._foot, self.disc_half_width - self._foot))
         base = away(self.disc_depth - self._slot, slot[-1] - slot[-2], self.growth)
         columns, under = np.r_[1.0 - inner[:0:-1], 1.0 + side], np.r_[h + slot[1:], self._slot + base[1:]]

@@ -84,9 +84,8 @@ class PressFit(Scene):
         a, half, end = self.shaft_radius, self.collar_length / 2, self.shaft_length / 2
         collar, shaft = (MeshQuad.init_tensor(*lines) for lines in self._grids)
         collar = collar.with_boundaries({"contact": lambda x: x[0] == a, "lower": lambda x: x[1] == -half})
-        shaft = shaft.with_boundaries(
-            {"contact": lambda x: (x[0] == a) & (np.abs(x[1]) < half), "lower": lambda x: x[1] == -end, "upper": lambda x: x[1] == end}
-        )
+        shaft = shaft.with_boundaries({"lower": lambda x: x[1] == -end, "upper": lambda x: x[1] == end})
+        shaft = shaft.with_boundaries({"contact": lambda x: (x[0] == a) & (np.abs(x[1]) < half)})
         face, section = np.pi * (self.collar_radius**2 - a**2), np.pi * (a**2 - self.bore_radius**2)
         return ContactModel(
             bodies={"collar": Body(collar, self.collar_material), "shaft": Body(shaft, self.shaft_material)},

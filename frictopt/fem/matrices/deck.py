@@ -105,15 +105,11 @@ class Deck(Shown):
     numbers: Integers  # (nodes,) of the nodes
     points: Array  # (nodes, 3) coordinates
     sets: Mapping[str, Integers]  # node set, or surface of nodes -> rows of `points`
-    elements: tuple[
-        tuple[str, Integers, Integers], ...
-    ]  # of each block the type, the numbers (m,), and the nodes (m, k) of solids and trusses by row
+    elements: tuple[tuple[str, Integers, Integers], ...]  # of each block type, numbers (m,), and nodes (m, k) of solids and trusses by row
     element_sets: Mapping[str, Integers]  # element set -> numbers of elements
     thicknesses: tuple[float, ...]  # different ones of the sections of plane elements; nan for one that varies
     constraints: Constraints  # displacements and rotations that are held or follow others
-    surfaces: Mapping[str, tuple[tuple[Integers, int], ...]] = field(
-        default_factory=dict
-    )  # of elements -> numbers, and number of their face, in pairs
+    surfaces: Mapping[str, tuple[tuple[Integers, int], ...]] = field(default_factory=dict)  # of elements -> numbers and their face, in pairs
 
     def _answer(self) -> Mapping[str, object]:
         return {"nodes": len(self.numbers), "sets": sorted(self.sets), "elements": sorted({kind for kind, _, _ in self.elements})}
