@@ -11,6 +11,7 @@ import frictopt as fo
 import spatial
 from frictopt.limits.patterns import _settled
 from frictopt.limits.question import pose, with_open
+from frictopt.solve import interior_point
 from separation import pulled_system, rests
 from studies.validation.open_patterns import largest_with_open
 from systems import CYCLE, NODE, explained, random_system, system
@@ -167,6 +168,27 @@ def test_sets_of_open_nodes_are_given_up_only_where_their_limit_is_not_above_a_l
     for share in (1.001, 3.0):
         with pytest.raises(fo.SolverError, match="so not above"):
             model.of_set(task, above=share * limit.load_factor)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+def test_a_set_is_given_up_as_early_in_any_unit_of_the_load(scale, monkeypatch):
+    monkeypatch.setattr("frictopt.solve.chain._LARGE", 1)
+    contact, steps, honest = spatial.random_contact(np.random.default_rng(0), 6), [], interior_point._solved
+    cases = {name: r * (1.0 if name == "mean" else scale) for name, r in spatial.vectors(contact).items()}
+    contact = fo.ContactSystem(contact.S, contact.points, cases)
+
+    def counted(*program):
+        found = honest(*program)
+        steps.append(found[-1])
+        return found
+
+    monkeypatch.setattr(interior_point, "_solved", counted)
+    model, task = fo.ShakedownModel(contact, spatial.cycle()), pose(contact, spatial.cycle(), 0.6)
+    limit = model.of_set(task)
+    assert model.of_set(task, above=0.999 * limit.load_factor).record.attempts[0].residual <= 1e-9
+    with pytest.raises(fo.SolverError, match="so not above"):
+        model.of_set(task, above=3.0 * limit.load_factor)
+    assert steps[0] == steps[-2] and steps[-1] <= 0.6 * steps[0]
 
 
 def test_what_is_said_of_it(rounded):

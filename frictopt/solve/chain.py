@@ -71,7 +71,7 @@ class Chain:
         sparse = kind == LARGE_SOCP and not len(program.block)  # of few entries: Clarabel factors it faster, and the polish takes far longer
         names, enough = solver_order(solver, SOCP if sparse else kind), ROUNDING if kind == SOCP else tolerance
         for name, polished in [*((name, False) for name in names if sparse), *((name, True) for name in names)]:
-            outcome, x, y = run(program, name, above / self.unit)
+            outcome, x, y = run(program, name, above)
             claim = None
             if outcome == OPTIMAL:
                 agreed, claim = False, self._claim(x, program.admissible(y), judged)

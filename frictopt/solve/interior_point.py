@@ -25,8 +25,8 @@ _STEPS = 100
 _ENOUGH = 1e-11  # errors with which it ends, see `_Residuals.error`
 _AGREE = 10.0  # times as much may the two objectives differ, which is a tenth of what an answer may
 _MENDED = 100 * _ENOUGH  # work of the cones from which on the errors of a step, its rounding, are mended by themselves
-_WAITING = 5  # steps near an optimum that do not halve the least error after which rounding is all that is left
 _NEARLY = 1e-7  # errors up to which it ends where rounding leaves no further step, for others to judge, and of a proof that there is no optimum
+_ENDS = (_ENOUGH, *(4 * [5 * _ENOUGH]), _NEARLY)  # errors with which it ends after so many steps that do not halve the least one, by rounding
 _NO_OPTIMUM = 1e-12  # tau over kappa up to which there is no optimum, and rounding is all that the proof lacks
 _STAY = 0.98  # share of the way to the boundary of the cones
 _SURELY = 1e6  # times the error of a bound that it must bear: it holds for unknowns so many times as large
@@ -237,7 +237,7 @@ def _solved(program: Condensed, cones: Cones, above: float = -np.inf) -> tuple[s
         if newton and (off.apart <= _MENDED or off.bound <= above) and off.error > _ENOUGH:
             with suppress(ArithmeticError):  # at the end of a cone
                 mended = newton.mended(at, off)
-                at, off = min((at, off), (mended, _Residuals(program, mended, cones.degree)), key=lambda found: found[1].error)
+                at, off = min((at, off), (mended, _Residuals(program, mended, cones.degree)), key=lambda one: (one[1].proven > above, one[1].error))
         proof, lack = ((off.without_optimum, at), off.lack) if off.lack < lack else (proof, lack)
         if lack <= (_ENOUGH if at.tau > _NO_OPTIMUM * at.kappa else _NEARLY):
             return proof[0], proof[1].y, proof[1].z, step
@@ -245,7 +245,7 @@ def _solved(program: Condensed, cones: Cones, above: float = -np.inf) -> tuple[s
             return "AlmostSolved", at.y / at.tau, at.z / at.tau, step
         since = 0 if off.error < least / 2 else since + 1
         best, least = (at, off.error) if off.error < least else (best, least)
-        if least <= _ENOUGH or (since >= _WAITING and least <= _NEARLY) or not np.isfinite(off.error) or at.tau <= _NO_OPTIMUM * at.kappa:
+        if least <= _ENDS[min(since, len(_ENDS) - 1)] or not np.isfinite(off.error) or at.tau <= _NO_OPTIMUM * at.kappa:
             break
         try:
             newton = _Newton(program, cones, at, off)
