@@ -9,6 +9,7 @@ from scipy.optimize import linprog
 from skfem import MeshQuad
 
 import frictopt as fo
+from cases import few
 from frictopt.limits.required_friction import best_pressed
 from separation import rests
 from spatial import cycle as spatial_cycle
@@ -36,7 +37,7 @@ def brute_force(contact, cycle, load_factor, bound=None):
     return most
 
 
-@settings(max_examples=12)
+@settings(max_examples=few(12))
 @given(
     seed=SEEDS, nodes=st.integers(1, 5), factor=st.floats(0.01, 4.0), coupling=st.sampled_from([0.0, 0.5, 1.0]), most=st.none() | st.floats(0.0, 2.0)
 )
@@ -54,7 +55,7 @@ def test_required_friction_by_brute_force(seed, nodes, factor, coupling, most):
 
 
 @pytest.mark.parametrize("make", [open_contact, fixed_contact])
-@settings(max_examples=3)
+@settings(max_examples=few(3))
 @given(seed=st.integers(0, 10**6))
 def test_required_friction_is_where_the_ends_of_the_safe_load_factors_cross_the_load(make, seed):
     """With nodes that stay open, and where a part of the cycle is fixed."""
@@ -72,7 +73,7 @@ def test_required_friction_is_where_the_ends_of_the_safe_load_factors_cross_the_
 
 
 @pytest.mark.parametrize(("make", "cycle"), [(random_system, CYCLE), (random_contact, spatial_cycle())], ids=["plane", "space"])
-@settings(max_examples=6)
+@settings(max_examples=few(6))
 @given(seed=st.integers(0, 10**6), nodes=st.integers(1, 5), factor=st.floats(0.01, 4.0), most=st.none() | st.floats(0.0, 2.0))
 def test_the_best_pressed_slip_by_another_program(make, cycle, seed, nodes, factor, most):
     """Where it leaves some node no pressure, no friction is enough."""
@@ -127,7 +128,7 @@ CORNERS = st.lists(st.tuples(st.sampled_from([-0.3, -0.1, 0.1, 0.2]), st.sampled
 FACTORS = st.sampled_from([0.1, 0.5, 0.9])
 
 
-@settings(max_examples=5)
+@settings(max_examples=few(5))
 @given(which=st.integers(1, 5), corners=CORNERS, load_factor=FACTORS)
 def test_required_friction_by_the_limits_of_graded_contacts(which, corners, load_factor):
     contact, mean, loads = graded(which)
