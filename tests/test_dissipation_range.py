@@ -102,7 +102,7 @@ def test_the_least_orbit_slips_as_little_as_is_proven(paper_punch):
 
 def test_a_sampled_history_has_starts_at_its_ends_and_a_few_corners_between(paper_punch):
     """A program for each corner and each step of a history of hundreds would be tens of thousands of them."""
-    places = np.r_[0.3 * np.cos(np.arange(18)), 1.0, -1.0]
+    places = np.r_[0.3 * np.cos(np.arange(14)), 1.0, -1.0]
     cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": float(x), "Q": 0.03 * float(x) ** 2} for x in places])
     _, span = found(paper_punch(8), cycle, 0.5, 1.1)
     starts = span.to_frame()["start"]
@@ -149,7 +149,7 @@ def test_no_start_beside_the_best_one_has_less_work():
     """Above the limit, where random starts around the ends of descents have 7 % less work."""
     contact, turns, f, rng = blocky(32, 11, 3, (0.3, 1.2))
     load_factor, span = found(contact, turns, f, rng.uniform(1.0, 1.6))
-    works = [reached(contact, turns, f, load_factor, start) for start in around(span.least_start, np.random.default_rng(778), 100)]
+    works = [reached(contact, turns, f, load_factor, start) for start in around(span.least_start, np.random.default_rng(778), few(100, 50))]
     assert min(works) > 0.98 * span.least
 
 
