@@ -19,14 +19,14 @@ class Timed:
 
 
 def timed(run: Callable[[], Any], repetitions: int) -> Timed:
-    """Run once untimed, then so many times, for at most 2 s; a run that takes longer is its own time.
+    """Run once untimed, then so many times, for at most 2 s; a run that takes longer is its own time, and so is one without repetitions.
 
     The median of an even number is the faster of the two middle times.
     """
     start = time.process_time()
     answer = run()
     first = time.process_time() - start
-    times = [first] if first > _ENOUGH else []
+    times = [first] if first > _ENOUGH or not repetitions else []
     while len(times) < min(repetitions, max(1, int(_ENOUGH / first))):
         start = time.process_time()
         run()

@@ -36,7 +36,7 @@ class Parameters:
 
 
 FULL = Parameters()
-QUICK = Parameters(map_elements=4, step_elements=2, steps=(2, 4, 8), reference_steps=32, proof_elements=3, proof_frictions=(0.3, 2.0))
+QUICK = Parameters(map_elements=4, step_elements=2, steps=(2, 4, 8), reference_steps=32, proof_elements=3, proof_frictions=(0.3,))
 
 
 def faces_at_limit(parameters: Parameters) -> Iterator[Row]:

@@ -5,6 +5,7 @@ from contextlib import redirect_stdout
 from importlib import import_module
 from io import StringIO
 from pathlib import Path
+from tempfile import gettempdir
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -16,11 +17,22 @@ from locket import lock_file
 from threadpoolctl import threadpool_limits
 
 import frictopt as fo
+from frictopt.transients.exact.kernel import compiled
 
 threadpool_limits(1)  # tests run side by side
 
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile("repeatable")
+
+
+def compiled_in_space():
+    fo.increments.NewtonIncrement(fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1]}), 0.5).solve([[0.0, 0.0]], ([[1.0, 0.0]], [1.0]))
+
+
+if run := os.environ.get("PYTEST_XDIST_TESTRUNUID"):  # processes that begin together would all compile all: each begins with one of two halves
+    for half in (compiled, compiled_in_space)[:: 1 if int(os.environ["PYTEST_XDIST_WORKER"][2:]) % 2 else -1]:
+        with lock_file(os.path.join(gettempdir(), f"{half.__name__}-{run}")):  # which another process may be compiling: then it is kept
+            half()
 
 
 @pytest.fixture(autouse=True)

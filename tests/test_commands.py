@@ -49,7 +49,23 @@ BY_JOBS = {  # command -> how a job has it, with what only its machine needs
     "pip install --constraint .ci/lowest.txt --editable '.[test]'": "pip install --quiet --constraint .ci/lowest.txt --editable '.[test]'",
 }
 COUNTS = ["python benchmarks/functions.py"]  # its exit status is a number of what it finds
-SHORT = ["python -m studies"]  # what takes longer is a slow test
+DRIVER = """
+import glob, os, runpy, shlex, sys
+import cvxpy, matplotlib.pyplot, numba, pandas, scipy.optimize, skfem
+for line in sys.stdin:
+    folder, output, *words = map(os.path.expandvars, shlex.split(line))
+    if not (process := os.fork()):
+        os.chdir(folder)
+        os.dup2(os.open(output, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), 1)
+        os.dup2(os.open(output + ".err", os.O_WRONLY | os.O_CREAT | os.O_TRUNC), 2)
+        words = [name for word in words for name in (sorted(glob.glob(word)) if "*" in word else [word])]
+        sys.argv = words[1:] if words[0] == "-m" else words
+        run, name = (runpy.run_module, words[1]) if words[0] == "-m" else (runpy.run_path, words[0])
+        sys.path.insert(0, os.path.dirname(words[0]))
+        run(name, run_name="__main__", **{"alter_sys": True} if words[0] == "-m" else {})
+        sys.exit()
+    print(os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]), flush=True)
+"""
 
 
 def commands(text):
@@ -98,15 +114,24 @@ def clone(tmp_path_factory):
     return folder
 
 
-def run(command, clone, folder):
-    """Run a command as it is typed, with the programs of this environment and the package of the clone."""
-    own = {"python": shlex.quote(sys.executable), "frictopt": f"{shlex.quote(sys.executable)} -m frictopt"}
-    program, _, rest = command.partition(" ")
+@pytest.fixture(scope="module")
+def run(clone, tmp_path_factory):
+    """Runs a command as it is typed, in a folder, with the package of the clone: in a process of its own that has the libraries already."""
+    output = tmp_path_factory.mktemp("output") / "told"
     paths = {"PYTHONPATH": str(clone), "MPLBACKEND": "agg", "SLURM_ARRAY_TASK_ID": "1"}
-    line = f"{own[program]} {rest}"
-    done = subprocess.run(["bash", "-c", line], cwd=folder, env={**os.environ, **paths}, capture_output=True, text=True, check=False)
-    ended = "Traceback" not in done.stderr if command in COUNTS else done.returncode == 0
-    assert ended and done.stdout, f"{command}\n{done.stdout[-1000:]}\n{done.stderr[-3000:]}"
+    options = {"cwd": clone, "env": {**os.environ, **paths}, "text": True, "stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+
+    with subprocess.Popen([sys.executable, "-c", DRIVER], **options) as driver:
+
+        def told(command, folder):
+            program, _, rest = command.partition(" ")
+            typed = {"python": rest, "frictopt": f"-m frictopt {rest}"}[program]
+            print(f"{shlex.quote(str(folder))} {shlex.quote(str(output))} {typed}", file=driver.stdin, flush=True)
+            status, said, errors = driver.stdout.readline(), output.read_text(), output.with_name("told.err").read_text()
+            ended = "Traceback" not in errors if command in COUNTS else status == "0\n"
+            assert ended and said, f"{command}\n{said[-1000:]}\n{errors[-3000:]}"
+
+        yield told
 
 
 def test_every_command_is_run_or_named_with_a_reason():
@@ -119,13 +144,14 @@ def test_every_command_is_run_or_named_with_a_reason():
         assert line in JOBS, f"no job has {command!r}"
 
 
-@pytest.mark.parametrize("command", [pytest.param(one, marks=[] if one in SHORT else pytest.mark.slow) for one in HERE])
-def test_a_command_runs_as_it_is_typed(command, clone):
-    run(command, clone, clone)
+@pytest.mark.slow
+@pytest.mark.parametrize("command", HERE)
+def test_a_command_runs_as_it_is_typed(command, clone, run):
+    run(command, clone)
 
 
 @pytest.mark.slow
-def test_commands_on_files_run_as_they_are_typed(clone, tmp_path):
+def test_commands_on_files_run_as_they_are_typed(run, tmp_path):
     """With the files that their page describes: a contact, a history, a job of CalculiX, and the study that it shows."""
     page = (ROOT / FILES).read_text(encoding="utf-8")
     fo.scenes.PunchOnHalfPlane(elements=8).condense().save(tmp_path / "punch.npz")
@@ -136,5 +162,5 @@ def test_commands_on_files_run_as_they_are_typed(clone, tmp_path):
     deck = tmp_path / "job.inp"
     deck.write_text(re.sub("N_CONTACT_", "N_", re.sub(r"\bN_(BLOCK|PUNCH)\b", r"ALL_\1", deck.read_text())))
     for command in FOUND[FILES]:
-        run(command, clone, tmp_path)
+        run(command, tmp_path)
     assert {"punch.png", "limit.csv", "limit.png", "job.npz", "runs.csv", "runs.png", "runs.sqlite"} <= {path.name for path in tmp_path.iterdir()}

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from scipy.spatial.distance import cdist
 
 import frictopt as fo
+from cases import few
 from frictopt.contact import SolveRecord
 from frictopt.limits.models import named
 from frictopt.solve import chain as chains
@@ -63,7 +64,7 @@ def contact_problem(seed, tangents, bounded, own):
 @pytest.mark.parametrize("own", [False, True])
 @pytest.mark.parametrize("bounded", [False, True])
 @pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", few(range(2)))
 def test_a_program_with_dense_blocks_is_the_one_that_cvxpy_compiles_of_the_whole_problem(seed, tangents, bounded, own):
     problem = contact_problem(seed, tangents, bounded, own)
     data, *_ = problem.get_problem_data("CLARABEL", solver_opts={"use_quad_obj": True})
@@ -134,7 +135,7 @@ STEPS = ("own_unknowns", "defined_unknowns", "dominated", "changes")
 
 @pytest.mark.parametrize("cones", [False, True])
 @pytest.mark.parametrize("steps", [(), *((step,) for step in STEPS), STEPS], ids=lambda steps: "+".join(steps) or "none")
-@settings(max_examples=10)
+@settings(max_examples=few(10))
 @given(seed=SEEDS)
 def test_what_a_reduction_gives_back_solves_the_compiled_program(seed, steps, cones):
     rng = np.random.default_rng(seed)

@@ -8,6 +8,7 @@ from scipy.sparse.linalg import splu
 from skfem import MeshQuad, MeshTri
 
 import frictopt as fo
+from cases import few
 from frictopt.fem.elasticity import Material, body_stiffness
 from frictopt.fem.schur import eliminate, nested_dissection, solve
 from refused import refused
@@ -30,7 +31,7 @@ def sparse_problems(draw):
     return K, front, rng.normal(size=n)
 
 
-@settings(max_examples=100)
+@settings(max_examples=few(100))
 @given(sparse_problems())
 def test_elimination_against_dense_algebra(problem):
     K, front, F = problem
@@ -44,7 +45,7 @@ def test_elimination_against_dense_algebra(problem):
     assert np.allclose(u, np.linalg.solve(inner, F[i]), rtol=1e-7, atol=1e-9 * np.abs(u).max(initial=1.0))
 
 
-@settings(max_examples=30)
+@settings(max_examples=few(30))
 @given(seed=st.integers(0, 10**6), n=st.integers(1, 20), fronts=st.integers(1, 6))
 def test_an_indefinite_part_is_refused(seed, n, fronts):
     """The unknown that is told has a leading part, in the order of elimination, that is not positive definite."""

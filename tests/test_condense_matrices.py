@@ -10,6 +10,7 @@ from scipy.sparse import block_array, csr_matrix, diags, identity, kron
 from skfem import MeshHex, MeshTri
 
 import frictopt as fo
+from cases import few
 from frictopt.contact.parts import joined
 from frictopt.fem import schur
 from frictopt.transients.statics import rigid_motions
@@ -20,7 +21,7 @@ def lines(*cells):
     return [np.linspace(-1, 1, n + 1) for n in cells]
 
 
-@settings(max_examples=20)
+@settings(max_examples=few(20))
 @given(seed=st.integers(0, 10**6), kind=st.sampled_from([MeshTri, MeshHex]), held=st.booleans(), match=st.booleans())
 def test_any_numbering_direction_and_projection_against_multipliers(seed, kind, held, match):
     rng, d = np.random.default_rng(seed), kind().dim()

@@ -7,6 +7,7 @@ from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import Rotation
 
 import frictopt as fo
+from cases import few
 from frictopt.transients.fretting import critical_planes
 from refused import refused
 
@@ -52,7 +53,7 @@ LOADED = {  # states, SWT, Findley and Crossland in closed form, and Fatemi and 
 }
 
 
-@pytest.mark.parametrize("turned", range(3))
+@pytest.mark.parametrize("turned", few(range(3)))
 @pytest.mark.parametrize("load", LOADED)
 def test_simple_loads_have_their_closed_forms(load, turned):
     states, (swt, findley, crossland), shear = LOADED[load]

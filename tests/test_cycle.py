@@ -6,6 +6,7 @@ import pandas as pd
 import pytest
 
 import frictopt as fo
+from cases import few
 from refused import refused
 from systems import linprog_limit, random_system
 
@@ -237,7 +238,7 @@ def test_loads_a_quarter_apart_have_the_limit_of_their_ellipse_within_the_error_
 def test_the_polygon_of_random_loads_is_within_its_error_of_a_fine_one():
     """In the plane with coupling, while all nodes stay closed."""
     rng = np.random.default_rng(7)
-    for _ in range(3):
+    for _ in range(few(3)):
         contact = random_system(rng, 4, loads=("mean", "a", "b", "c"))
         loads = {name: (float(rng.uniform(0.2, 1.0)), float(rng.uniform(0, 360))) for name in "abc"}
         fine, rough = (

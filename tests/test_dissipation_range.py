@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from cases import few
 from frictopt.contact import Bar
 from frictopt.histories.range_search import Search
 from frictopt.limits.question import pose
@@ -76,7 +77,7 @@ def test_one_node_and_sliders_have_one_dissipation():
 
 @pytest.mark.parametrize(
     ("cycle", "friction", "ratio"),
-    [(PULL, 0.5, 0.9), (PULL, 0.7, 1.2), (SHEAR, 0.3, 1.2), (SHEAR, 0.2, 0.9), (ROUND, 0.5, 0.9), (PULLED, 0.5, 0.95), (PULLED, 0.4, 1.2)],
+    few([(ROUND, 0.5, 0.9), (PULLED, 0.5, 0.95), (SHEAR, 0.3, 1.2), (PULL, 0.5, 0.9), (PULL, 0.7, 1.2), (SHEAR, 0.2, 0.9), (PULLED, 0.4, 1.2)]),
 )
 def test_no_sampled_start_lies_outside(cycle, friction, ratio, paper_punch):
     contact = paper_punch(16)
@@ -101,7 +102,7 @@ def test_the_least_orbit_slips_as_little_as_is_proven(paper_punch):
 
 def test_a_sampled_history_has_starts_at_its_ends_and_a_few_corners_between(paper_punch):
     """A program for each corner and each step of a history of hundreds would be tens of thousands of them."""
-    places = np.r_[0.3 * np.cos(np.arange(18)), 1.0, -1.0]
+    places = np.r_[0.3 * np.cos(np.arange(14)), 1.0, -1.0]
     cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": float(x), "Q": 0.03 * float(x) ** 2} for x in places])
     _, span = found(paper_punch(8), cycle, 0.5, 1.1)
     starts = span.to_frame()["start"]
@@ -135,7 +136,7 @@ def around(start, rng, count):
     return [start + (1 + number % 2) * np.ptp(start) * rng.uniform(-1, 1, len(start)) for number in range(count)]
 
 
-@pytest.mark.parametrize(("seed", "n", "seed_of_starts", "count"), [(1027, 8, 1038, 60), (1039, 7, 777, 200)])
+@pytest.mark.parametrize(("seed", "n", "seed_of_starts", "count"), few([(1027, 8, 1038, 60), (1039, 7, 777, 200)], 1))
 def test_no_start_beside_the_worst_one_has_more_work_where_all_tried_there_have_less(seed, n, seed_of_starts, count):
     """Below the limit, where few random starts lead to the basin of the most work: one in twenty, one in sixty."""
     contact, turns, f, _ = blocky(seed, n, 2, (0.1, 0.9))
@@ -148,7 +149,7 @@ def test_no_start_beside_the_best_one_has_less_work():
     """Above the limit, where random starts around the ends of descents have 7 % less work."""
     contact, turns, f, rng = blocky(32, 11, 3, (0.3, 1.2))
     load_factor, span = found(contact, turns, f, rng.uniform(1.0, 1.6))
-    works = [reached(contact, turns, f, load_factor, start) for start in around(span.least_start, np.random.default_rng(778), 100)]
+    works = [reached(contact, turns, f, load_factor, start) for start in around(span.least_start, np.random.default_rng(778), few(100, 50))]
     assert min(works) > 0.98 * span.least
 
 
@@ -194,12 +195,12 @@ def test_orbits_with_open_nodes_are_counted_and_searched_from(paper_punch):
 def test_bounded_starts_stay_within_their_bound_and_find_less(paper_punch):
     contact = paper_punch(16)
     works = []
-    for bound in (0.02, 0.1, 0.5, None):
+    for bound in (0.02, 0.5, None):
         load_factor, span = found(contact, PULL, 0.7, 0.9, slip_bound=bound)
         works.append(span.most)
         if bound is not None:
             assert max(np.abs(span.worst_start).max(), np.abs(span.least_start).max()) <= bound * (1 + 1e-9)
-            starts = np.random.default_rng(2).uniform(-bound, bound, (60, 17))
+            starts = np.random.default_rng(2).uniform(-bound, bound, (30, 17))
             assert not len(outside(contact, PULL, 0.7, load_factor, span, starts)[0])
     assert works == sorted(works) and works[0] < works[-1]
     _, above = found(contact, PULL, 0.7, 1.2, slip_bound=0.02)

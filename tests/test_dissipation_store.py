@@ -248,9 +248,8 @@ def test_ctrl_c_in_a_terminal_loses_only_the_runs_at_work(tmp_path, undisturbed,
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("stop", [signal.SIGKILL, signal.SIGINT], ids=lambda stop: stop.name)
-def test_a_killed_pool_loses_no_more_than_what_is_at_work(tmp_path, undisturbed, followed, stop):
-    """Both of its processes hang when it is killed, or interrupted with them as Ctrl-C does."""
+def test_a_killed_pool_loses_no_more_than_what_is_at_work(tmp_path, undisturbed, followed):
+    """Both of its processes hang when it is killed."""
     options = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "env": PATH, "start_new_session": True}
     with subprocess.Popen([sys.executable, "-c", POOL, tmp_path / "runs"], **options) as driver:
         try:
@@ -259,11 +258,7 @@ def test_a_killed_pool_loses_no_more_than_what_is_at_work(tmp_path, undisturbed,
                 time.sleep(0.1)
                 with suppress(fo.StoreError):  # not made yet
                     kept = len(fo.results.read_store(tmp_path / "runs"))
-            if stop == signal.SIGKILL:
-                driver.kill()
-            else:
-                os.killpg(driver.pid, stop)
-                assert driver.stdout.readline() == "15\n"
+            driver.kill()
         finally:
             os.killpg(driver.pid, signal.SIGKILL)
     assert fo.results.read_store(tmp_path / "runs").load_factor.sort_values().tolist() == FACTORS[:15].tolist()

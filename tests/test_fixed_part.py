@@ -11,6 +11,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from cases import few
 from frictopt.histories.runs import Case
 from frictopt.limits.question import pose
 from frictopt.transients.exact.path import turning_corners
@@ -45,7 +46,7 @@ def in_space(seed):
 
 
 @pytest.mark.parametrize("make", [fixed_contact, in_space])
-@settings(max_examples=10)
+@settings(max_examples=few(10))
 @given(seed=seeds)
 def test_both_ends_of_the_safe_load_factors_are_those_of_a_program_with_all_corners(make, seed):
     contact, cycle, f = make(seed)
@@ -60,7 +61,7 @@ def test_both_ends_of_the_safe_load_factors_are_those_of_a_program_with_all_corn
         assert np.isinf(most) or fo.safe_slip(contact, cycle, f, 0.5 * (limit.least + limit.load_factor)).exists
 
 
-@settings(max_examples=10)
+@settings(max_examples=few(10))
 @given(seeds, st.floats(0.0, 1.4))
 def test_the_margin_is_that_of_a_program_with_all_corners(seed, share):
     contact, cycle, f = fixed_contact(seed)
@@ -72,7 +73,7 @@ def test_the_margin_is_that_of_a_program_with_all_corners(seed, share):
     assert safe.margin == pytest.approx(linprog_margin(contact, cycle, f, factor), rel=1e-7, abs=1e-8)
 
 
-@settings(max_examples=8)
+@settings(max_examples=few(8))
 @given(seeds)
 def test_transients_rest_on_a_safe_slip_below_the_limit_and_slip_for_ever_above(seed):
     contact, cycle, f = fixed_contact(seed)
@@ -92,7 +93,7 @@ def test_transients_rest_on_a_safe_slip_below_the_limit_and_slip_for_ever_above(
     assert path.bonded_q[-1] == pytest.approx(loads[0]) and path.bonded_p[-1] == pytest.approx(loads[1])
 
 
-@settings(max_examples=5)
+@settings(max_examples=few(5))
 @given(seeds)
 def test_a_fixed_share_of_the_corners_only_moves_the_load_factor(seed):
     contact, cycle, f = fixed_contact(seed, most_nodes=3)
@@ -118,7 +119,7 @@ def test_a_fixed_share_of_the_corners_only_moves_the_load_factor(seed):
     assert over[0].slip == pytest.approx(over[1].slip, rel=1e-6, abs=1e-8)
 
 
-@settings(max_examples=6)
+@settings(max_examples=few(6))
 @given(seeds)
 def test_the_guaranteed_limit_is_the_least_of_programs_with_a_node_on_both_bounds_at_any_two_corners(seed):
     contact, cycle, f = fixed_contact(seed, most_nodes=4)
@@ -150,7 +151,7 @@ def test_equal_fixed_parts_are_a_mean_load(make):
         assert (found.load_factor, found.slip) == (known.load_factor, pytest.approx(known.slip))
 
 
-@settings(max_examples=5)
+@settings(max_examples=few(5))
 @given(seeds)
 def test_constraints_of_your_own_see_the_loads_of_each_corner(seed):
     contact, cycle, f = fixed_contact(seed)
@@ -163,7 +164,7 @@ def test_constraints_of_your_own_see_the_loads_of_each_corner(seed):
     assert bounded.load_factor == pytest.approx(linprog_limit(contact, cycle, f, most)[1], rel=1e-7, nan_ok=True)
 
 
-@settings(max_examples=3)
+@settings(max_examples=few(3))
 @given(seeds)
 def test_open_nodes_stay_open_at_every_corner(seed):
     rng = np.random.default_rng(seed)
@@ -179,7 +180,7 @@ def test_open_nodes_stay_open_at_every_corner(seed):
     assert fo.steady_state(contact, cycle, friction, below, initial_state=state).outcome is fo.Outcome.SHAKEDOWN
 
 
-@pytest.mark.parametrize("seed", [None, 16, 19])
+@pytest.mark.parametrize("seed", few([None, 16, 19]))
 def test_which_corner_is_listed_first_is_no_matter(seed):
     """Without a seed: what the mean load and the first fixed part open together is not what they open with the second."""
     rng, n = np.random.default_rng(seed), 2 if seed is None else 3

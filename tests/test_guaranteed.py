@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from cases import few
 from frictopt.solve import LP_SOLVERS
 from liars import is_excess, lying, sloppy
 from systems import CYCLE, FIRST_PAIR, ONE_NODE, SECOND_PAIR, THREE, explained, linprog_limit, on_both_bounds, random_system, system
@@ -63,7 +64,7 @@ def test_published_instances(data, friction, lower, upper, simplify):
         assert limit.proven and "uncoupled" in limit.reason and limit.record.solver == "HIGHS"
 
 
-@settings(max_examples=12)
+@settings(max_examples=few(12))
 @given(seed=st.integers(0, 10**6), nodes=st.integers(2, 6), corners=st.integers(2, 5), f=st.floats(0.05, 1.5), most=st.sampled_from([None, 0.5, 3.0]))
 def test_any_cycle_against_linear_programs_of_all_corners(seed, nodes, corners, f, most):
     rng = np.random.default_rng(seed)

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from cases import few
 from frictopt.limits.critical_state import smallest_discs
 from frictopt.reference import smallest_circle
 from spatial import random_contact
@@ -44,7 +45,7 @@ def least_of_node(contact, loads, f, node, *, most=None, own=()):
     return float(lam.value) if problem.status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE) else np.inf
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", few(range(8)))
 def test_one_cone_program_for_each_node(seed):
     contact, loads, f = centred(seed, most=5)
     least = np.array([least_of_node(contact, loads, f, node) for node in range(contact.nodes)])
@@ -77,7 +78,7 @@ def test_one_node_that_its_equations_fix(seed):
         assert limit.node is None and np.isnan(limit.load_factor) == np.isnan(limit.shakedown.load_factor)
 
 
-@settings(max_examples=10)
+@settings(max_examples=few(10))
 @given(seed=st.integers(0, 10**6))
 def test_one_node_and_two_corners_in_closed_form(seed):
     """The node's critical state fixes its slip: `lam = (p0 - B A^-1 q0) / (rho - B A^-1 c)`, at which it is safe by itself."""

@@ -8,6 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from cases import few
 from enumeration import random_increment
 from frictopt.contact.parts import joined, parted
 from frictopt.errors import NoContinuation
@@ -20,7 +21,7 @@ from systems import SEEDS, random_system
 ENGINES = pytest.mark.parametrize("engine", [NewtonIncrement, ExactIncrement, FrozenBoundIncrement])
 
 
-@settings(max_examples=30)
+@settings(max_examples=few(30))
 @given(seed=SEEDS, nodes=st.integers(1, 8), in_space=st.booleans(), lift=st.booleans(), relax=st.sampled_from([1.0, 1.2]))
 def test_sweeps_alone_and_newtons_method_alone_find_one_state(seed, nodes, in_space, lift, relax):
     """Where the friction is far below the critical one, the state is the only one; nodes stick, slip, and open."""
@@ -47,7 +48,7 @@ def random_problem(seed, nodes, in_space, friction, unlike=0.0):
     return NewtonIncrement(contact, friction), lambda: pressed + rng.uniform(0.2, 1.0) * rng.normal(size=len(contact.S))
 
 
-@settings(max_examples=40)
+@settings(max_examples=few(40))
 @given(
     seed=SEEDS, nodes=st.integers(1, 8), in_space=st.booleans(), friction=st.sampled_from([0.0, 0.2, 0.5, 2.0]), unlike=st.sampled_from([0.0, 1.0])
 )
@@ -72,7 +73,7 @@ def test_the_residual_of_sweeps_is_that_of_the_referee(seed, nodes, in_space, fr
         assert verdict.residual == pytest.approx(residual, rel=1e-6, abs=1e-11)
 
 
-@settings(max_examples=30)
+@settings(max_examples=few(30))
 @given(seed=SEEDS, nodes=st.integers(1, 8), in_space=st.booleans(), friction=st.sampled_from([0.0, 0.2, 0.8]), hard=st.booleans())
 def test_increments_in_turn_are_those_one_by_one(seed, nodes, in_space, friction, hard):
     """Open nodes go on from their gap, and reactions from those before; one by one each begins closed, from reactions of its own.
@@ -235,7 +236,7 @@ def test_all_engines_agree_on_the_paper_s_scene(punch, elements):
 
 
 @ENGINES
-@settings(max_examples=8)
+@settings(max_examples=few(8))
 @given(seed=SEEDS, stiffness=st.sampled_from([1e-15, 1e-4, 1e15]), force=st.sampled_from([1e-12, 1e3, 1e12]))
 def test_units_do_not_matter(engine, seed, stiffness, force):
     contact, friction, slip, (q, p) = random_increment(np.random.default_rng(seed), 3, 0.6)

@@ -6,6 +6,7 @@ import pytest
 from scipy.sparse import csr_array
 
 import frictopt as fo
+from cases import few
 from frictopt.solve import chain, interior_point
 from frictopt.solve.arrays import Arrays
 from frictopt.solve.compiled import Compiled
@@ -56,7 +57,7 @@ def ours(problem, above=-np.inf):
     return status, -float(program.cost @ x), float(program.right @ y + off)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", few(range(6)))
 def test_a_planted_optimum_is_found_with_multipliers_that_prove_it(seed):
     rng = np.random.default_rng(seed)
     problem, optimum = planted(rng, n=int(rng.integers(2, 12)), numbers=int(rng.integers(1, 20)), circles=int(rng.integers(4, 20)), defined=seed % 4)
@@ -64,7 +65,7 @@ def test_a_planted_optimum_is_found_with_multipliers_that_prove_it(seed):
     assert value == pytest.approx(optimum, rel=1e-8, abs=1e-8) and bound == pytest.approx(optimum, rel=1e-8, abs=1e-8)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", few(range(6)))
 def test_both_objectives_are_one_over_their_own_size_where_that_is_small(seed):
     """A limit of a hundredth of its unit, say: from its proofs nothing is left for a polish to mend."""
     problem, optimum = planted(np.random.default_rng(seed), n=9, numbers=9, circles=9, defined=2)
@@ -72,7 +73,7 @@ def test_both_objectives_are_one_over_their_own_size_where_that_is_small(seed):
     assert value == pytest.approx(np.copysign(0.01, optimum), rel=1e-8) and bound == pytest.approx(value, rel=5e-8)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", few(range(6)))
 def test_it_ends_early_only_where_multipliers_prove_that_the_optimum_is_not_above_a_number(seed, monkeypatch):
     problem, optimum = planted(np.random.default_rng(seed), n=9, numbers=9, circles=9, defined=2)
     steps, honest = [], interior_point._solved
@@ -97,7 +98,7 @@ def test_programs_without_an_optimum_are_told():
     assert [ours(problem)[0] for problem in (beyond, endless)] == ["PrimalInfeasible", "DualInfeasible"]
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", few(range(5)))
 def test_limits_and_margins_in_space_are_those_of_clarabel(seed):
     rng = np.random.default_rng(seed)
     contact, friction = random_contact(rng, int(rng.integers(1, 9))), rng.uniform(0.1, 0.9)

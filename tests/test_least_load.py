@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from cases import few
 from frictopt.histories.guarantee import from_its_middle
 from liars import misread
 from systems import CYCLE, NODE, SEEDS, explained, linprog_limit, on_both_bounds, random_system
@@ -58,7 +59,7 @@ def test_one_node_without_a_largest_load_factor(solver):
     assert "none is safe below 1.25: the mean load pulls the bodies apart" in limit.reason
 
 
-@settings(max_examples=12)
+@settings(max_examples=few(12))
 @given(seed=SEEDS, nodes=st.integers(1, 5), corners=st.integers(1, 3), f=st.just(0.0) | st.floats(0.01, 1.5), most=st.none() | st.floats(0.05, 1.0))
 def test_the_interval_by_linear_programs_over_raw_slips(seed, nodes, corners, f, most):
     contact, cycle = pressing_cycle(np.random.default_rng(seed), nodes, corners)
@@ -142,7 +143,7 @@ def least_on_both_bounds(contact, cycle, f, least):
     return min((low for low, high in on_both_bounds(contact, cycle, f) if high > least * (1 + 1e-6) + 1e-6), default=np.inf)
 
 
-@settings(max_examples=12)
+@settings(max_examples=few(12))
 @given(seed=SEEDS, nodes=st.integers(1, 3), corners=st.integers(2, 3), f=st.floats(0.1, 0.9))
 def test_the_guaranteed_limit_of_an_interval(seed, nodes, corners, f):
     """Against linear programs over raw slips. Below it starts come to rest unless nodes open; next to a limit at the lower end some do not."""

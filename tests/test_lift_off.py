@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from cases import few
 from frictopt.contact import progress
 from frictopt.limits.lift_off import Ordered
 from frictopt.limits.question import Question, pose
@@ -121,7 +122,7 @@ def test_rates_of_a_limit_with_events_are_its_differences(pin):
     assert table["Fx", "Fx = +1"] == pytest.approx(rate(lambda by: (fo.LoadCycle({"fit": 1.0}, [last[0], {"Fx": 1.0 + by}]), 0.5)), rel=1e-5)
 
 
-@pytest.mark.parametrize("seed", [2, 6])
+@pytest.mark.parametrize("seed", few([6, 2], 1))
 def test_a_plane_contact_has_the_same_limit_in_space(seed):
     found = []
     for number in range(40):

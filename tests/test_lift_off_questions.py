@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from cases import few
 from frictopt.limits.safe_slip import SafeSlipModel, judged
 from orders import every_order, largest_in_order
 from separation import pulled_system, rests
@@ -41,7 +42,7 @@ def opening(count, nodes=3):
     return found
 
 
-@pytest.mark.parametrize("share", [0.5, 0.7, 0.9, 0.999])
+@pytest.mark.parametrize("share", few([0.5, 0.9, 0.7, 0.999]))
 def test_a_pin_has_the_safe_slip_of_a_plain_program_and_rests_with_it(share, pin):
     load_factor = share * fo.shakedown_limit(pin, PIN, 0.8, events=True).load_factor
     safe = fo.safe_slip(pin, PIN, 0.8, load_factor, events=True)
@@ -55,7 +56,7 @@ def test_a_pin_has_the_safe_slip_of_a_plain_program_and_rests_with_it(share, pin
 
 
 def test_a_safe_slip_exists_up_to_the_limit_and_none_above():
-    for contact, friction, limit in opening(3):
+    for contact, friction, limit in opening(few(3)):
         below, above = (fo.safe_slip(contact, CYCLE, friction, share * limit.load_factor, events=True) for share in (0.999, 1.001))
         assert below.exists and below.margin < 0.05 and not above.exists
         assert "none" not in below.reason and above.certificate is not None
@@ -75,7 +76,7 @@ def test_the_margin_falls_by_the_rate_of_friction(pin):
 
 
 def test_required_friction_agrees_with_the_limit_from_both_sides():
-    for contact, friction, limit in opening(3)[:2]:
+    for contact, friction, limit in opening(few(2, 1)):
         required = fo.required_friction(contact, CYCLE, limit.load_factor, events=True)
         assert required.required <= friction * (1 + 1e-5)
         enough, less = (fo.shakedown_limit(contact, CYCLE, f, events=True).load_factor for f in (required.required, required.bound))
@@ -85,7 +86,7 @@ def test_required_friction_agrees_with_the_limit_from_both_sides():
 def test_an_uncoupled_contact_that_lifts_off_rests_from_every_start_or_from_none():
     """The theorem: what is safe with something to spare, with events, is where all starts come to rest."""
     followed, seed = 0, 0
-    while followed < 3:
+    while followed < few(3):
         rng, seed = np.random.default_rng([53, seed]), seed + 1
         drawn = random_system(rng, 3, coupling=0.0)
         contact = drawn.with_bonded({"cyclic": (drawn.bonded["cyclic"][0], rng.normal(size=3))})
@@ -100,7 +101,7 @@ def test_an_uncoupled_contact_that_lifts_off_rests_from_every_start_or_from_none
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("load_factor", [2.0, 3.0, 4.0])
+@pytest.mark.parametrize("load_factor", few([2.0, 3.0, 4.0]))
 def test_a_pin_needs_far_less_friction_where_its_sides_may_lift_off(load_factor, pin):
     required, closed = fo.required_friction(pin, PIN, load_factor, events=True), fo.required_friction(pin, PIN, load_factor)
     reached = [fo.shakedown_limit(pin, PIN, f, events=True).load_factor for f in (required.required, required.bound)]
@@ -113,7 +114,7 @@ def test_a_pin_needs_far_less_friction_where_its_sides_may_lift_off(load_factor,
 
 
 def test_a_plane_contact_has_the_same_safe_slip_in_space():
-    for number, (contact, friction, limit) in enumerate(opening(3)):
+    for number, (contact, friction, limit) in enumerate(opening(few(3))):
         solid = embedded(contact, np.random.default_rng(number))[0]
         load_factor = 0.99 * limit.load_factor
         plane, space = (fo.safe_slip(one, CYCLE, friction, load_factor, events=True) for one in (contact, solid))

@@ -6,6 +6,7 @@ from hypothesis import Phase, assume, example, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from cases import few
 from spatial import cycle as spatial_cycle
 from spatial import random_contact
 from systems import CYCLE, random_system
@@ -55,7 +56,7 @@ def rates_agree(ask, contact, cycle, f, most=None, slack=1e-4):
     return limit
 
 
-@settings(max_examples=5)
+@settings(max_examples=few(5))
 @given(
     seed=st.integers(0, 10**6),
     nodes=st.integers(1, 4),

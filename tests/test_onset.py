@@ -5,6 +5,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from cases import few
 from separation import pulled_system
 from spatial import random_contact, vectors
 from systems import CYCLE, FIRST_PAIR, ONE_NODE, SECOND_PAIR, THREE, random_system, system
@@ -34,7 +35,7 @@ def test_onset_over_a_cycle_of_both_senses(data, friction, expected):
 
 
 @pytest.mark.parametrize("make", [random_system, random_contact], ids=["plane", "space"])
-@settings(max_examples=20)
+@settings(max_examples=few(20))
 @given(nodes=st.integers(1, 5), seed=st.integers(0, 10**6), friction=st.floats(0.05, 3.0))
 def test_onset_is_the_first_violation(make, nodes, seed, friction):
     contact = make(np.random.default_rng(seed), nodes)
@@ -127,7 +128,7 @@ def first_event(path, factor):
     return np.inf
 
 
-@settings(max_examples=15)
+@settings(max_examples=few(15))
 @given(seed=st.integers(0, 10**6), sense=st.sampled_from([-1.0, 1.0]))
 def test_the_onset_of_a_contact_with_open_nodes_is_the_first_event_after_the_mean_load_has_settled(seed, sense):
     rng = np.random.default_rng(seed)

@@ -8,6 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from cases import few
 from frictopt.limits.question import pose
 from oracle import Oracle
 from separation import pulled_system
@@ -40,7 +41,7 @@ def open_in_space(seed, nodes=5):
     return contact, cycle, fo.shakedown_limit(contact, cycle, 0.6)
 
 
-@settings(max_examples=6)
+@settings(max_examples=few(6))
 @given(st.integers(0, 10**6), st.sampled_from([CYCLE, THREE]))
 def test_the_limit_is_that_of_a_program_in_all_slips_and_gaps(seed, cycle):
     contact, friction, limit = open_contact(seed, cycle=cycle)
@@ -52,7 +53,7 @@ def test_the_limit_is_that_of_a_program_in_all_slips_and_gaps(seed, cycle):
     assert limit.reason.startswith(f"with {int(limit.open.sum())} of {contact.nodes} nodes open: ")
 
 
-@settings(max_examples=5)
+@settings(max_examples=few(5))
 @given(st.integers(0, 10**6))
 def test_the_limit_in_space_is_that_of_cones_in_all_slips_and_gaps(seed):
     contact, cycle, limit = open_in_space(seed)
@@ -63,7 +64,7 @@ def test_the_limit_in_space_is_that_of_cones_in_all_slips_and_gaps(seed):
     assert not q[:, limit.open].any() and not p[:, limit.open].any()
 
 
-@settings(max_examples=3)
+@settings(max_examples=few(3))
 @given(st.integers(0, 10**6))
 def test_a_plane_contact_in_space_has_the_same_limit_and_open_nodes(seed):
     contact, friction, limit = open_contact(seed, most_nodes=4)
@@ -76,7 +77,7 @@ def test_a_plane_contact_in_space_has_the_same_limit_and_open_nodes(seed):
     assert space.load_factor == pytest.approx(plane.load_factor, rel=1e-6, abs=1e-8) and (space.to_frame()["how"][space.open] == "open").all()
 
 
-@settings(max_examples=5)
+@settings(max_examples=few(5))
 @given(st.integers(0, 10**6))
 def test_the_state_of_a_safe_slip_rests_and_no_slip_is_safe_beyond_the_limit(seed):
     contact, friction, limit = open_contact(seed, most_nodes=4)
@@ -99,7 +100,7 @@ def test_amplitudes_of_two_loads_with_a_node_that_stays_open():
     assert [node for node, _ in ruling] == [0, 1]
 
 
-@settings(max_examples=5)
+@settings(max_examples=few(5))
 @given(st.integers(0, 10**6))
 def test_every_cycle_above_the_limit_slips_as_much_as_is_proven_while_the_open_nodes_carry_nothing(seed):
     contact, friction, limit = open_contact(seed)

@@ -9,6 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from cases import few
 from oracle import Oracle
 from separation import pulled_system
 from studies.validation.fuzz.embedded import embedded
@@ -57,7 +58,7 @@ def agrees(contact, cycle, f, limit, seed):
     return model, own, found
 
 
-@settings(max_examples=6)
+@settings(max_examples=few(6))
 @given(seeds, st.sampled_from([CYCLE, THREE]))
 def test_the_limit_under_rows_on_all_nodes(seed, cycle):
     contact, f, limit = open_contact(seed, cycle=cycle)
@@ -68,7 +69,7 @@ def test_the_limit_under_rows_on_all_nodes(seed, cycle):
     assert fo.steady_state(contact, cycle, f, found.load_factor * (1 - 1e-6), initial_state=found.state).outcome is fo.Outcome.SHAKEDOWN
 
 
-@settings(max_examples=4)
+@settings(max_examples=few(4))
 @given(seeds)
 def test_the_limit_in_space_under_rows_on_all_nodes(seed):
     contact, cycle, limit = open_in_space(seed)
@@ -76,7 +77,7 @@ def test_the_limit_in_space_under_rows_on_all_nodes(seed):
     agrees(contact, cycle, 0.6, limit, seed)
 
 
-@settings(max_examples=4)
+@settings(max_examples=few(4))
 @given(seeds)
 def test_a_safe_slip_under_the_same_rows_exists_up_to_that_limit(seed):
     """Also where rows that all pressures obey contradict each other with all nodes closed."""
@@ -95,7 +96,7 @@ def test_a_safe_slip_under_the_same_rows_exists_up_to_that_limit(seed):
             assert "no residual slip, safe or not, obeys this" in str(error)
 
 
-@settings(max_examples=3)
+@settings(max_examples=few(3))
 @given(seeds)
 def test_a_guaranteed_limit_under_rows_is_the_least_with_a_closed_node_on_both_bounds(seed):
     contact, f, limit = open_contact(seed)

@@ -1,7 +1,5 @@
 """Constraints and objectives of the user's own, in the plane and in space, against programs over raw slips with every row of every corner."""
 
-from itertools import permutations
-
 import cvxpy as cp
 import numpy as np
 import pytest
@@ -10,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from cases import few
 from liars import misread
 from oracle import Oracle
 from spatial import cycle as spatial_cycle
@@ -40,7 +39,7 @@ def agrees(limit, value, rel=1e-7):
 
 
 @BOTH
-@settings(max_examples=8)
+@settings(max_examples=few(8))
 @given(
     seed=SEEDS,
     f=st.floats(0.1, 1.0),
@@ -302,11 +301,10 @@ def test_one_model_answers_questions_in_every_order(tangents, cycle, kind):
         return asked(kind(contact, cycle), cp.Variable(2), name)
 
     right = {name: alone(name) for name in ("plain", "own", "none")}
-    for order in permutations(right):
-        model, own = kind(contact, cycle), cp.Variable(2)
-        for name in (*order, order[0]):
-            found, factor = asked(model, own, name)
-            assert found is right[name][0] and factor == pytest.approx(right[name][1], rel=1e-7, abs=1e-9, nan_ok=True), (order, name)
+    model, own = kind(contact, cycle), cp.Variable(2)
+    for name in ("plain", "plain", "own", "own", "none", "none", "plain", "none", "own", "plain"):  # each after each
+        found, factor = asked(model, own, name)
+        assert found is right[name][0] and factor == pytest.approx(right[name][1], rel=1e-7, abs=1e-9, nan_ok=True), name
 
 
 @pytest.mark.parametrize("ask", [lambda: fo.shakedown_limit(*TWO, 0.4), lambda: fo.safe_slip(*TWO, 0.4, 0.1)], ids=["limit", "margin"])
@@ -357,7 +355,7 @@ def test_a_contact_that_its_load_presses_has_no_limit_under_constraints_that_lea
     assert model.solve(0.5, [model.load_factor <= 7.0]).load_factor == pytest.approx(7.0, rel=1e-9)
 
 
-@settings(max_examples=15)
+@settings(max_examples=few(15))
 @given(seed=st.integers(0, 10**6), nodes=st.integers(2, 4), f=st.floats(0.1, 1.0), size=st.sampled_from([-0.05, 0.02, 0.2, 2.0]))
 def test_the_guaranteed_limit_under_constraints_is_the_least_over_the_slips_that_obey_them(seed, nodes, f, size):
     contact = random_system(np.random.default_rng(seed), nodes)
@@ -392,7 +390,7 @@ def test_constraints_raise_the_guaranteed_limit_and_the_problem_is_that_of_its_n
     assert raised > 2
 
 
-@settings(max_examples=15)
+@settings(max_examples=few(15))
 @given(seed=SEEDS, f=st.sampled_from([0.005, 0.3, 1.4]), factor=st.sampled_from([0.0, 0.5, 2.0]), size=st.sampled_from([-0.1, 0.05, 1.0]))
 def test_the_margin_under_constraints(seed, f, factor, size):
     contact = random_system(np.random.default_rng(seed), 3)

@@ -46,9 +46,8 @@ def run(data, tmp_path_factory):
     folder, save, figures = tmp_path_factory.mktemp("figures"), style.save, {}
 
     def kept(figure, name, output):
-        paths, figures[name] = save(figure, name, output), figure
-        figure.draw_without_rendering()
-        return paths
+        figures[name] = figure
+        return save(figure, name, output)
 
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(StringIO()) as printed:
         patch.setattr(style, "save", kept)

@@ -7,12 +7,13 @@ from hypothesis import strategies as st
 from scipy.linalg import block_diag
 
 import frictopt as fo
+from cases import few
 from frictopt import Outcome, steady_state
 from paths import followed
 from systems import CYCLE, random_system
 
 
-@settings(max_examples=60)
+@settings(max_examples=few(60))
 @example(seed=858, nodes=4, corners=2, size=0.5)  # slip dies out by a factor of 12 a cycle, next to a node without friction
 @given(seed=st.integers(0, 10**6), nodes=st.integers(1, 5), corners=st.integers(1, 4), size=st.sampled_from([0.5, 2.0, 20.0]))
 def test_steady_states_are_where_a_hundred_cycles_go(seed, nodes, corners, size):
@@ -85,7 +86,7 @@ def test_nodes_that_lift_off_and_land_without_slip_have_shaken_down(punch, paper
     assert Outcome.SHAKEDOWN in outcomes
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", few(range(4)))
 def test_a_start_too_far_for_the_loads_to_be_seen_is_refused_and_one_that_is_not_ends_as_any_far_start(seed):
     """From far away the way to the mean load is a ray, from which all starts on it end alike."""
     rng = np.random.default_rng(seed)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from numba import njit
 
 import frictopt as fo
+from cases import few
 from frictopt.transients.exact import kernel as act
 from frictopt.transients.exact import path
 from frictopt.transients.exact.rate import RateProblem, _lemke, find_rates, rate_problem
@@ -30,7 +31,7 @@ def stiffness_of(S, active):
     return np.array(rows).reshape(n, 2 * nodes)[:, unknown]
 
 
-@settings(max_examples=30)
+@settings(max_examples=few(30))
 @given(seed=st.integers(0, 10**6), nodes=st.integers(1, 8))
 def test_the_inverse_follows_any_sequence_of_changes(seed, nodes):
     rng = np.random.default_rng(seed)
@@ -45,7 +46,7 @@ def test_the_inverse_follows_any_sequence_of_changes(seed, nodes):
     assert np.allclose(active.inverse[:n, :n] @ stiffness_of(S, active), np.eye(n), atol=1e-9)
 
 
-@settings(max_examples=60)
+@settings(max_examples=few(60))
 @given(seed=st.integers(0, 10**6), n=st.integers(1, 7), skew=st.floats(0.0, 3.0))
 def test_complementary_pivoting_against_all_bases(seed, n, skew):
     """Positive definite plus skew: exactly one solution."""

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 import spatial
+from cases import few
 from frictopt.limits.patterns import _settled
 from frictopt.limits.question import pose, with_open
 from frictopt.solve import interior_point
@@ -73,14 +74,16 @@ def test_an_open_node_that_presses_the_one_that_rules_is_not_taken_for_slip():
     assert limit.load_factor == pytest.approx(0.15) and limit.open.tolist() == [True, False] and "residual slip alone" not in limit.reason
 
 
-@pytest.mark.parametrize(("seed", "cycle", "most"), [(seed, CYCLE, 6) for seed in range(2, 10)] + [(seed, THREE, 5) for seed in range(20, 25)])
+@pytest.mark.parametrize(
+    ("seed", "cycle", "most"), [(seed, CYCLE, 6) for seed in few(range(2, 10))] + [(seed, THREE, 5) for seed in few(range(20, 25))]
+)
 def test_small_contacts_against_every_set_of_open_nodes(seed, cycle, most):
     contact, friction = random_question(seed, 1, most)
     limit, best = fo.shakedown_limit(contact, cycle, friction), best_of_all_sets(contact, cycle, friction)
     assert min(limit.load_factor, MOST) == pytest.approx(best, rel=1e-6, nan_ok=True)
 
 
-@pytest.mark.parametrize("seed", range(1000, 1008))
+@pytest.mark.parametrize("seed", few(range(1000, 1008)))
 def test_a_pattern_is_not_below_what_the_mean_load_opens_nor_a_set_next_to_it_and_rests(seed):
     contact, friction = random_question(seed, 3, 7)
     limit = fo.shakedown_limit(contact, CYCLE, friction)
@@ -102,16 +105,16 @@ def test_sets_that_less_friction_opens_are_tried_where_few_nodes_want_to_open(pa
     model, limit = fo.ShakedownModel(contact, paper_cycle), fo.shakedown_limit(contact, paper_cycle, 0.9)
     closed = model.of_set(pose(contact, paper_cycle, 0.9))
     assert 0 < closed.load_factor < 0.03 < 0.95 < limit.load_factor and np.flatnonzero(limit.open).tolist() == [0, 1, 2, 10, 11, 12]
-    assert np.diff(limits_by_friction(contact, paper_cycle, np.linspace(0.1, 1.2, 12))).min() > 0
+    assert np.diff(limits_by_friction(contact, paper_cycle, np.linspace(0.1, 1.2, 6))).min() > 0
 
 
-@pytest.mark.parametrize("seed", [0, 5, 10, 13])
+@pytest.mark.parametrize("seed", few([0, 5, 10, 13]))
 def test_the_limit_never_falls_as_friction_grows(seed):
     limits = limits_by_friction(random_question(seed, 3, 6)[0], CYCLE, np.linspace(0.1, 1.2, 8))
     assert (limits[1:] >= limits[:-1] * (1 - 1e-7)).all()
 
 
-@pytest.mark.parametrize("load_factor", [0.2, 0.45, 0.7, 0.95])
+@pytest.mark.parametrize("load_factor", few([0.2, 0.95, 0.45, 0.7]))
 def test_required_friction_is_the_threshold_of_the_limit(load_factor, punch, paper_cycle):
     contact = punch(12).with_gap(2.0 * punch(12).x ** 4)
     required = fo.required_friction(contact, paper_cycle, load_factor)
@@ -151,7 +154,7 @@ def test_order_of_nodes_units_and_repeats_change_nothing(seed):
         assert found.load_factor == pytest.approx(limit.load_factor, rel=1e-7) and found.open.tolist() == limit.open.tolist()
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", few(range(3)))
 @pytest.mark.parametrize("large", [1, 400])
 def test_sets_of_open_nodes_are_given_up_only_where_their_limit_is_not_above_a_load_factor(seed, large, monkeypatch):
     monkeypatch.setattr("frictopt.solve.chain._LARGE", large)
@@ -243,7 +246,7 @@ def test_a_node_that_the_corners_lift_rests_open_far_above_the_limit_which_no_se
         assert rests(NODE, cycle, 0.5, load_factor) == at_rest
 
 
-@settings(max_examples=30)
+@settings(max_examples=few(30))
 @given(seed=st.integers(0, 10**6), other=st.floats(-1.0, 0.9))
 def test_every_load_factor_from_the_least_one_to_the_limit_has_a_safe_slip(seed, other):
     """Of one set of open nodes or another: loads that nearly stand still open nodes which only much load holds open."""

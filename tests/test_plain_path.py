@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from cases import few
 from plain_path import cycle_work
 from systems import random_system
 
@@ -18,7 +19,7 @@ def test_works_of_the_punch_are_those_of_one_page(punch, paper_cycle, elements, 
     assert np.abs(cycle_work(contact, paper_cycle, 0.7, load_factor, slip, 3) - work).max() <= 1e-10 * work.max()
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", few(range(30)))
 def test_works_of_nodes_that_open_and_close_are_those_of_one_page(seed):
     rng = np.random.default_rng(seed)
     nodes = int(rng.integers(1, 9))

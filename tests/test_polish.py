@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import null_space
 
+from cases import few
 from frictopt.solve import solvers
 from frictopt.solve.arrays import Arrays, _Active, polish
 from frictopt.solve.compiled import Compiled, Proof, proof
@@ -46,7 +47,7 @@ def proven(compiled, z, y, units=1.0):
     return proof(compiled, z, y, np.broadcast_to(units, len(z)), 1.0)
 
 
-@settings(max_examples=15)
+@settings(max_examples=few(15))
 @given(seed=st.integers(0, 10**6), equations=st.booleans(), by=st.floats(0.0, 1.0))
 def test_no_multipliers_prove_less_than_the_optimum(seed, equations, by):
     rng = np.random.default_rng(seed)
@@ -101,7 +102,7 @@ def test_what_a_point_breaks_and_multipliers_that_are_in_their_cones():
         assert program.admissible(np.array(given_y, dtype=float)) == pytest.approx(np.array(nearby))
 
 
-@settings(max_examples=15)
+@settings(max_examples=few(15))
 @given(seed=st.integers(0, 10**6), equations=st.booleans())
 def test_a_rough_solution_becomes_the_exact_one(seed, equations):
     """An interior point method that stops early, against the same one at its best."""
@@ -115,7 +116,7 @@ def test_a_rough_solution_becomes_the_exact_one(seed, equations):
     assert (told.value, told.bound) == pytest.approx((best, best), abs=1e-8) and arrays(compiled).violation(at) < 1e-10
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", few(range(10)))
 def test_a_guess_from_which_no_way_leads_to_the_solution_is_made_no_worse(seed):
     rng = np.random.default_rng(seed)
     program = arrays(Compiled(random_program(rng, bool(seed % 2))))
@@ -124,7 +125,7 @@ def test_a_guess_from_which_no_way_leads_to_the_solution_is_made_no_worse(seed):
     assert program.off(at, slopes) <= program.off(z, y)
 
 
-@pytest.mark.parametrize("seed", range(1, 6))
+@pytest.mark.parametrize("seed", few(range(1, 6)))
 def test_a_vertex_of_more_rows_than_unknowns_keeps_its_proof(seed):
     """Many multipliers balance the objective there, so that their equations are singular."""
     rng = np.random.default_rng(seed)

@@ -9,6 +9,7 @@ from scipy.optimize import linprog
 from skfem import MeshQuad
 
 import frictopt as fo
+from cases import few
 from frictopt.limits.required_friction import best_pressed
 from separation import rests
 from spatial import cycle as spatial_cycle
@@ -36,7 +37,7 @@ def brute_force(contact, cycle, load_factor, bound=None):
     return most
 
 
-@settings(max_examples=12)
+@settings(max_examples=few(12))
 @given(
     seed=SEEDS, nodes=st.integers(1, 5), factor=st.floats(0.01, 4.0), coupling=st.sampled_from([0.0, 0.5, 1.0]), most=st.none() | st.floats(0.0, 2.0)
 )
@@ -54,7 +55,7 @@ def test_required_friction_by_brute_force(seed, nodes, factor, coupling, most):
 
 
 @pytest.mark.parametrize("make", [open_contact, fixed_contact])
-@settings(max_examples=3)
+@settings(max_examples=few(3))
 @given(seed=st.integers(0, 10**6))
 def test_required_friction_is_where_the_ends_of_the_safe_load_factors_cross_the_load(make, seed):
     """With nodes that stay open, and where a part of the cycle is fixed."""
@@ -72,7 +73,7 @@ def test_required_friction_is_where_the_ends_of_the_safe_load_factors_cross_the_
 
 
 @pytest.mark.parametrize(("make", "cycle"), [(random_system, CYCLE), (random_contact, spatial_cycle())], ids=["plane", "space"])
-@settings(max_examples=6)
+@settings(max_examples=few(6))
 @given(seed=st.integers(0, 10**6), nodes=st.integers(1, 5), factor=st.floats(0.01, 4.0), most=st.none() | st.floats(0.0, 2.0))
 def test_the_best_pressed_slip_by_another_program(make, cycle, seed, nodes, factor, most):
     """Where it leaves some node no pressure, no friction is enough."""
@@ -94,7 +95,7 @@ def graded(which):
     """A contact whose elements span decades, with its mean load and the loads that cycle."""
     stiff, soft = fo.Material(E=10.0, nu=0.3), fo.Material(E=0.1, nu=0.3)
     scene, *loads = [
-        (fo.scenes.Dovetail(angle=60, elements=24, grading=100, growth=1.8, blade_material=stiff), "pull", ("pull", "sway")),
+        (fo.scenes.Dovetail(angle=60, elements=16, grading=100, growth=1.8, blade_material=stiff), "pull", ("pull", "sway")),
         (fo.scenes.Dovetail(angle=45, elements=10, grading=5000, growth=1.8, blade_material=soft), "pull", ("pull", "sway")),
         (fo.scenes.Dovetail(angle=70, elements=10, grading=50, growth=1.8, edge_radius=200.0), "pull", ("pull", "sway")),
         (fo.scenes.PunchOnHalfPlane(elements=20, grading=1000, growth=1.6, punch_material=stiff), "P", ("Q", "sigma")),
@@ -127,7 +128,7 @@ CORNERS = st.lists(st.tuples(st.sampled_from([-0.3, -0.1, 0.1, 0.2]), st.sampled
 FACTORS = st.sampled_from([0.1, 0.5, 0.9])
 
 
-@settings(max_examples=5)
+@settings(max_examples=few(5))
 @given(which=st.integers(1, 5), corners=CORNERS, load_factor=FACTORS)
 def test_required_friction_by_the_limits_of_graded_contacts(which, corners, load_factor):
     contact, mean, loads = graded(which)
@@ -151,9 +152,8 @@ def test_faces_that_lock_themselves_need_slips_without_bound():
     held = [fo.required_friction(contact, cycle, 1.5, slip_bound=most) for most in (1e2, 1e4)]
     assert [required.largest_slip for required in held] == pytest.approx([1e2, 1e4])
     assert held[0].required > held[1].required > free.required and "within the slip bound" in held[0].reason
-    for required, most in zip(held, (1e2, 1e4), strict=True):
-        less, more = (fo.shakedown_limit(contact, cycle, f, slip_bound=most).load_factor for f in (required.bound, required.required))
-        assert less < 1.5 < more < 1.5001
+    less, more = (fo.shakedown_limit(contact, cycle, f, slip_bound=1e2).load_factor for f in (held[0].bound, held[0].required))
+    assert less < 1.5 < more < 1.5001
     assert "within the slip bound" in fo.required_friction(contact, cycle, 1.5, slip_bound=1.0).reason
     with pytest.raises(fo.SolverError, match=r"no slip is safe with 0\.838.*one of up to .* is with 0\.839.*give a smaller slip_bound"):
         fo.required_friction(contact, cycle, 1.5, slip_bound=1e6)

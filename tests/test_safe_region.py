@@ -8,6 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from cases import few
 from refused import refused
 from spatial import random_contact
 from studies.validation.polygons import polygon_limit
@@ -35,7 +36,7 @@ def reach(vertices, direction):
     return min(factors)
 
 
-@settings(max_examples=10)
+@settings(max_examples=few(10))
 @given(seed=st.integers(0, 10**6), loads=st.sampled_from([("a", "b"), ("a", CIRCLE), (CIRCLE, [{"b": 1.0}])]))
 def test_the_polygon_is_the_limit_along_every_ray_by_another_program(seed, loads):
     contact, f, region = random_region(seed, loads)
@@ -49,7 +50,7 @@ def test_the_polygon_is_the_limit_along_every_ray_by_another_program(seed, loads
             assert linprog_limit(contact, region.cycle(*ray), f)[1] == pytest.approx(reach(region.vertices, ray), rel=1e-7, abs=1e-9)
 
 
-@settings(max_examples=10)
+@settings(max_examples=few(10))
 @given(seed=st.integers(0, 10**6))
 @example(seed=186)  # a node that slips and opens at one corner
 def test_vertices_are_a_convex_chain_and_each_side_is_its_mechanism(seed):
@@ -100,7 +101,7 @@ def test_shear_along_both_tangents_of_a_node_is_safe_within_a_circle(tolerance):
     assert f"up to {region.gap:.1e} apart" in region.reason
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", few(range(2)))
 def test_in_space_every_ray_ends_between_both_polygons(seed):
     """By polygons around the circles, and raw slips."""
     rng = np.random.default_rng(seed)

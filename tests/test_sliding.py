@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from cases import few
 from frictopt.contact.parts import joined
 from frictopt.fem.interface import frames_of
 from frictopt.transients.statics import check_sliding, rigid_motions
@@ -62,7 +63,7 @@ MOTIONS = [[0, 1, 2, 3, 4, 5], [0, 1, 2], [0, 2], [2], [0, 1, 5], [0, 1, 2, 5]]
 
 
 @pytest.mark.filterwarnings("ignore:Solution may be inaccurate")
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", few(range(30)))
 def test_a_load_is_named_where_no_forces_balance_it_and_only_there(seed):
     rng = np.random.default_rng(seed)
     system, rigid = contact(rng, MOTIONS[seed % len(MOTIONS)])

@@ -8,6 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from cases import few
 from frictopt.limits.question import pose
 from liars import is_excess, lying
 from oracle import Oracle
@@ -25,7 +26,7 @@ def freed(contact):
 
 
 @pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
-@settings(max_examples=10)
+@settings(max_examples=few(10))
 @given(
     seed=st.integers(0, 10**6),
     nodes=st.integers(1, 7),
@@ -58,7 +59,7 @@ def test_the_shakedown_limit_against_a_program_over_raw_slips(tangents, seed, no
     assert fo.safe_slip(contact, cycle, f, limit.load_factor, slip_bound=most).margin == pytest.approx(0.0, abs=1e-8)
 
 
-@settings(max_examples=10)
+@settings(max_examples=few(10))
 @example(seed=787470, nodes=1, f=0.0625, free=True, size=None, factor=1.9, simplify=True)  # nothing resists its only node
 @example(seed=115175, nodes=1, f=0.0625, free=True, size=2.0, factor=1e-9, simplify=False)
 @given(

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from cases import few
 from frictopt.contact.parts import joined, parted
 from frictopt.limits.question import pose
 from spatial import cycle, random_contact, vectors
@@ -35,7 +36,7 @@ def test_the_unit_of_a_margin_without_pressure_is_that_of_the_plane():
     assert fo.safe_slip(solid, loads, 0.3, 0.2).margin == pytest.approx(fo.safe_slip(flat, loads, 0.3, 0.2).margin, rel=1e-7)
 
 
-@settings(max_examples=12)
+@settings(max_examples=few(12))
 @given(st.integers(0, 10**6))
 def test_smooth_nodes_whose_shear_is_steady_have_the_limit_that_polygons_find(seed):
     rng = np.random.default_rng(seed)

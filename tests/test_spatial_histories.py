@@ -8,6 +8,7 @@ import pytest
 from matplotlib.collections import PathCollection
 
 import frictopt as fo
+from cases import few
 from frictopt.histories.ascent import _tangents, increment_map
 from frictopt.histories.range_search import Search
 from frictopt.histories.starts import LoadStep, smooth_modes
@@ -106,7 +107,7 @@ def test_where_no_rough_transient_has_a_result_the_search_is_made_in_all_increme
     assert f"failed=1 of {1 + len(others)} " in repr(replace(found, _orbits=(replace(first, state=None), *others)))
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", few(range(4)))
 def test_a_rough_transient_has_the_work_of_the_settled_one_but_for_a_share(seed):
     """Its last cycle is taken for the steady one when later ones change the work by a thousandth; it makes fewer of them."""
     rng = np.random.default_rng(seed)

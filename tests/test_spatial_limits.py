@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from cases import few
 from frictopt.reference import smallest_circle_limit
 from spatial import cycle, random_contact, single, vectors
 from studies.validation.polygons import polygon_limit
@@ -23,7 +24,7 @@ def uncoupled(rng, nodes, corners):
     return system, fo.LoadCycle({"mean": 1.0}, [{name: 1.0} for name in cases]), p0, q1
 
 
-@settings(max_examples=20)
+@settings(max_examples=few(20))
 @given(st.integers(0, 10**6), st.integers(2, 6), st.integers(1, 6))
 def test_uncoupled_nodes_are_limited_by_the_smallest_circle_around_their_shears(seed, corners, nodes):
     rng = np.random.default_rng(seed)
@@ -91,7 +92,7 @@ def certified(seeds):
     return Counter(kinds)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", few(range(4)))
 def test_safe_slips_end_at_the_limit_and_its_slip_carries_no_more(seed):
     contact = random_contact(np.random.default_rng(seed), 6)
     limit = fo.shakedown_limit(contact, cycle(), 0.5)

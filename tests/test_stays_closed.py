@@ -9,6 +9,7 @@ from scipy.optimize import linprog
 
 import frictopt as fo
 import spatial
+from cases import few
 from separation import pulled_system
 from systems import CYCLE, random_system
 
@@ -28,7 +29,7 @@ def least_pressures(contact, cycle, friction, load_factor):
     return np.array([each.fun + p if each.status == 0 else -np.inf for each, p in zip(found, p0, strict=True)])
 
 
-@settings(max_examples=20)
+@settings(max_examples=few(20))
 @given(seed=st.integers(0, 10**6), nodes=st.integers(2, 5), f=st.floats(0.1, 1.0), more=st.floats(0.3, 3), coupling=st.sampled_from([0.0, 0.3, 1.0]))
 def test_it_is_said_where_the_least_pressure_is_positive_and_nowhere_else(seed, nodes, f, more, coupling):
     contact = random_system(np.random.default_rng(seed), nodes, loads=("mean", "a", "b"), coupling=coupling)
@@ -39,7 +40,7 @@ def test_it_is_said_where_the_least_pressure_is_positive_and_nowhere_else(seed, 
     assert limit.stays_closed(more * limit.load_factor) == (least > 1e-7)
 
 
-@settings(max_examples=15)
+@settings(max_examples=few(15))
 @given(st.integers(0, 10**6))
 def test_no_start_with_closed_nodes_opens_one_or_rests_above_the_limit(seed):
     rng = np.random.default_rng(seed)
@@ -61,7 +62,7 @@ def test_a_pin_stays_closed_up_to_a_load_that_falls_with_friction(f, limit, up_t
 
 
 @pytest.mark.parametrize("share", [0.3, 1.2])
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", few(range(4)))
 def test_in_space_it_is_that_of_cone_programs_written_out(seed, share):
     contact, cycle = spatial.random_contact(np.random.default_rng(seed), 3), spatial.cycle()
     limit = fo.shakedown_limit(contact, cycle, 0.4)

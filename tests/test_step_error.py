@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from cases import few
 from spatial import cycle, random_contact, single
 
 LAP = Path(__file__).parents[1] / "docs" / "tutorial" / "lap.msh"
@@ -30,14 +31,14 @@ def told_over_true(asked, numbers, many):
     return np.where(true > 1e-9 * work, told / np.maximum(true, 1e-9 * work), np.inf)
 
 
-@pytest.mark.parametrize("seed", HARD)
+@pytest.mark.parametrize("seed", few(HARD))
 def test_the_error_told_is_not_below_the_true_one(seed):
     assert min(told_over_true(problem(seed), [1, 2, 4], 32)) >= 1
 
 
 @pytest.mark.slow
 def test_the_errors_told_of_random_contacts_are_two_to_three_times_the_true_ones():
-    ratios = np.array([told_over_true(problem(seed), [1, 2, 4], 32) for seed in range(10)])
+    ratios = np.array([told_over_true(problem(seed), [1, 2, 4], 32) for seed in range(few(10, 5))])
     assert ratios.min() >= 1 and (np.median(ratios, axis=0) <= 3).all()
 
 
@@ -57,7 +58,7 @@ def test_the_error_told_of_the_bolted_lap_joint_is_not_below_the_true_one():
         },
     )
     loads = fo.LoadCycle({"preload": 1.0}, [{"pull": 1.0, "side": 1.0}, {"pull": -1.0, "side": -1.0}])
-    assert min(told_over_true((model.condense(), loads, 0.3, 1.0), [2, 4], 32)) >= 1
+    assert min(told_over_true((model.condense(), loads, 0.3, 1.0), [2, 4], 16)) >= 1
 
 
 def test_a_contact_at_rest_has_no_error():

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from cases import few
 from spatial import random_contact
 from systems import random_system
 
@@ -51,7 +52,7 @@ def refused(path):
     assert str(path) in str(caught.value)
 
 
-@settings(max_examples=40)
+@settings(max_examples=few(40))
 @given(
     nodes=st.integers(1, 6),
     seed=st.integers(0, 10**6),

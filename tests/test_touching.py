@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
+from cases import few
 from frictopt.fem.contacts import check_touching
 from frictopt.fem.faces import neighbours, normals_of
 from meshes import blocks, hung, rotation, turned, uniform_loads
@@ -76,7 +77,7 @@ def test_bodies_that_meet_in_a_point_or_look_the_same_way_do_not_touch():
         check_touching({"one": fo.Body(square), "two": fo.Body(square.translated([2.0, 1.0]))}, {})
 
 
-@settings(max_examples=30)
+@settings(max_examples=few(30))
 @given(seed=st.integers(0, 10**6), kind=st.sampled_from([MeshQuad, MeshTri, MeshHex, MeshTet]), apart=st.booleans())
 def test_random_boxes_touch_where_their_faces_overlap(seed, kind, apart):
     """Two boxes one above the other, cut at random places: they touch if the gap is zero and the faces overlap in every direction."""

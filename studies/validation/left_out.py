@@ -33,7 +33,7 @@ class Parameters:
 
 
 FULL = Parameters()
-QUICK = Parameters(elements=(8,), fine=60, corners=16, repetitions=1)
+QUICK = Parameters(elements=(8,), fine=60, corners=16, repetitions=0)
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,7 @@ class Sizes:
     gradings: tuple[float, ...] = (1.0, 1e2, 1e4, 1e6, 1e9, 1e12)
     corners: int = 1000
     cycles: int = 100_000
+    every: int = 1  # 2: every other value of each extreme, and the last one
 
 
 @dataclass(frozen=True)

@@ -19,15 +19,24 @@ from .cases import probes
 from .probes import Answer, Probe, Sizes
 
 FULL = Sizes()
-QUICK = Sizes(elements=8, unit_elements=4, most_nodes=(2, 4, 8), gradings=(1.0, 1e6, 1e9), corners=100, cycles=1000)
+QUICK = Sizes(elements=8, unit_elements=4, most_nodes=(2, 4, 8), gradings=(1.0, 1e6, 1e9), corners=100, cycles=1000, every=2)
 
 
 def at_the_edge(sizes: Sizes) -> pd.DataFrame:
     """One row per question."""
     with threadpool_limits(1):
         fo.steady_state(fo.scenes.PunchOnHalfPlane(elements=2).condense(), fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}]), 0.5, 1.0)  # compiles the path
-        rows = [judged(probe) for probe in each(list(probes(sizes)), "extremes")]
+        rows = [judged(probe) for probe in each(asked(sizes), "extremes")]
     return pd.DataFrame(rows)
+
+
+def asked(sizes: Sizes) -> list[Probe]:
+    """The questions of the study: of each extreme those about every so many values, and about the last one."""
+    found, values = list(probes(sizes)), dict[str, list[str]]()
+    for probe in found:
+        if probe.value not in (of := values.setdefault(probe.extreme, [])):
+            of.append(probe.value)
+    return [probe for probe in found if probe.value in [*(of := values[probe.extreme])[:: sizes.every], of[-1]]]
 
 
 def judged(probe: Probe) -> dict[str, Any]:

@@ -50,7 +50,7 @@ class Parameters:
 
 
 FULL = Parameters()
-QUICK = Parameters(cases=2)
+QUICK = Parameters(cases=1)
 _QUICK_SEED = 427_205_129
 
 
