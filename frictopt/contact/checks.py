@@ -70,7 +70,7 @@ def finite_array(name: str, values: object, shape: tuple[int | None, ...] | None
     raw = real_array(name, values)
     if shape and (raw.ndim != len(shape) or any(want not in (None, have) for have, want in zip(raw.shape, shape, strict=True))):
         raise ModelError(f"{name}: shape {raw.shape}, expected {str(shape).replace('None', 'any')}")
-    check_entries(name, raw, np.abs(raw) <= _LARGEST, f"give finite numbers of at most {_LARGEST:g}", "index")  # false for NaN
+    check_entries(name, raw, (raw <= _LARGEST) & (raw >= -_LARGEST), f"give finite numbers of at most {_LARGEST:g}", "index")  # false for NaN
     raw.flags.writeable = False
     return raw
 

@@ -133,14 +133,18 @@ def arc_length(points: Array, frames: Array, contact: Names | None) -> Array:
 
 def symmetrised(name: str, matrix: Array) -> Array:
     """The symmetric part of a matrix that is symmetric up to rounding."""
-    asymmetry = np.abs(matrix - matrix.T)
-    if asymmetry.max() > CONDENSATION * np.abs(matrix).max():
-        i, j = np.unravel_index(int(asymmetry.argmax()), matrix.shape)
+    asymmetry = [float(np.abs(row - column).max()) for row, column in zip(matrix, matrix.T, strict=True)]  # no copy of what fills the memory
+    if max(asymmetry) > CONDENSATION * max(matrix.max(), -matrix.min()):
+        i = int(np.argmax(asymmetry))
+        j = int(np.abs(matrix[i] - matrix[:, i]).argmax())
         raise ModelError(
             f"{name}: not symmetric, {name}[{i}, {j}] = {matrix[i, j]:g} but {name}[{j}, {i}] = {matrix[j, i]:g}; "
             "give the stiffness of the relative motion, in the same order for rows and columns"
         )
-    return frozen(matrix / 2 + matrix.T / 2)
+    mean = matrix + matrix.T
+    mean /= 2
+    mean.flags.writeable = False
+    return mean
 
 
 def check_semi_definite(name: str, S: Array) -> None:
@@ -150,7 +154,9 @@ def check_semi_definite(name: str, S: Array) -> None:
         return
     slack = CONDENSATION * len(S)
     try:  # a Cholesky factorisation of the slightly shifted matrix decides at a tenth of the cost of the eigenvalues
-        np.linalg.cholesky(S / scale + slack * np.eye(len(S)))
+        shifted = S / scale
+        shifted[np.diag_indices_from(S)] += slack
+        np.linalg.cholesky(shifted)
     except np.linalg.LinAlgError:
         lowest = np.linalg.eigvalsh(S / scale)[0]
         raise ModelError(
