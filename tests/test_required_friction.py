@@ -95,7 +95,7 @@ def graded(which):
     """A contact whose elements span decades, with its mean load and the loads that cycle."""
     stiff, soft = fo.Material(E=10.0, nu=0.3), fo.Material(E=0.1, nu=0.3)
     scene, *loads = [
-        (fo.scenes.Dovetail(angle=60, elements=16, grading=100, growth=1.8, blade_material=stiff), "pull", ("pull", "sway")),
+        (fo.scenes.Dovetail(angle=60, elements=24, grading=100, growth=1.8, blade_material=stiff), "pull", ("pull", "sway")),
         (fo.scenes.Dovetail(angle=45, elements=10, grading=5000, growth=1.8, blade_material=soft), "pull", ("pull", "sway")),
         (fo.scenes.Dovetail(angle=70, elements=10, grading=50, growth=1.8, edge_radius=200.0), "pull", ("pull", "sway")),
         (fo.scenes.PunchOnHalfPlane(elements=20, grading=1000, growth=1.6, punch_material=stiff), "P", ("Q", "sigma")),
