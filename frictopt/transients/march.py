@@ -162,7 +162,7 @@ def path_of(system: ContactSystem, *asked: Any, steps: int | None = None, engine
         checked_uncapped(system, f"engine {way!r}")
     if way == "path" and steps is not None:
         raise ModelError(f"steps: {steps}; the exact path has none, leave it out or choose an engine of increments: {', '.join(ENGINES)}")
-    return ExactPath(system, *asked) if way == "path" else SteppedPath(way, steps, system, *asked)
+    return ExactPath(system, *asked) if way == "path" else SteppedPath(way, steps, system, *asked).checked()
 
 
 def mean_state(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, steps: int | None = None) -> ContactState:

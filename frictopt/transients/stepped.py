@@ -53,14 +53,18 @@ class SteppedPath(Transient):
     def _begin(self, u: Array, r: Array, opened: Booleans) -> None:
         from . import increments  # here, because the exact path does not need cvxpy
 
-        system, none = self.system, np.zeros(self.nodes)
-        self._increment = getattr(increments, ENGINES[self.engine])(system, self.friction)
-        self.unit = np.tile(self.scales.length, system.tangents)
+        none = np.zeros(self.nodes)
+        self._increment = getattr(increments, ENGINES[self.engine])(self.system, self.friction)
+        self.unit = np.tile(self.scales.length, self.system.tangents)
+        self.state = Point(self.bonded, u, r, np.where(opened, OPEN, STICK).astype(np.int8), none, none)
+
+    def checked(self) -> Self:
+        """The transient itself, if its mean load presses and friction can hold all loads; else ModelError, NoContinuation."""
         loads = {f"the load at the corner ({name})": r for name, r in zip(self.cycle.corner_names, self.corners, strict=True)}
-        check_sliding(system, self.friction, {"the mean load": self.mean} | loads)
+        check_sliding(self.system, self.friction, {"the mean load": self.mean} | loads)
         if not np.abs(self.mean[-self.nodes :]).max() > 0:
             raise ModelError("mean: the mean load has no normal reactions, and a transient starts from it; give `cycle.mean` a load that presses")
-        self.state = Point(self.bonded, u, r, np.where(opened, OPEN, STICK).astype(np.int8), none, none)
+        return self
 
     def follow_to(self, bonded: Array, where: str) -> list[Point]:
         """The states on the straight way to other bonded reactions; the last one stays. Errors of increments say where."""

@@ -11,22 +11,59 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.linalg.lapack import dpocon
 
-from ...contact import RESIDUAL, ROUNDING, STALLED, Array, ContactSystem, SolveRecord, joined, off_law, parted
-from ...errors import FrictoptError, SolverError
+from ...contact import RESIDUAL, ROUNDING, STALLED, Array, Booleans, ContactSystem, SolveRecord, joined, parted
+from ...errors import SolverError
 from ..begin import OPEN
-from .increment import FrictionIncrement, Increment, Posed, force_scale
-from .newton import Factors, Law, State, newton
+from .increment import FrictionIncrement, Increment, Posed, force_scale, sizes_of
+from .newton import Law, State, newton
 from .programs import FrozenBoundIncrement
-from .sweeps import increment
+from .sweeps import increment, reactions
 
 _NEWTON = SolveRecord("NEWTON")
 _REPEATS = 0.1  # motions differ by less, over the largest, from those of the cycle before
 _MORE = 0.05  # share of the nodes left that are open, from which on these are eliminated, too: few of them cost more than that
-_MEMORY = 2**28  # bytes of factors that are kept for the next cycle
 _SCALES = (1.0, 10.0, 0.1, 100.0, 0.01)  # of the c and d of Newton's method, tried in this order
 
+Moved = tuple[Array, Array, NDArray[np.int8]]  # motions `u = [v, w - g0]` and reactions, (M,), and status
 
-class NewtonIncrement(FrictionIncrement):
+
+class _Nodes:
+    """Nodes that move from increment to increment: dimensionless law and sizes, see `FrictionIncrement`, and the unit of their stiffness."""
+
+    def __init__(self, law: Law, sizes: Array, gap: Array, unit: float) -> None:
+        self.law, self.sizes, self._gap, self._unit = law, sizes, gap, unit
+        # of increments whose state sweeps did not reach, by their load and way: motions, and whether they are nearly those of the cycle before
+        self._begun: dict[bytes, tuple[Array, bool]] = {}
+
+    def _moved(self, u: Array, r: Array, force: float, way: bytes) -> Moved | None:
+        """The state that follows motions u with reactions r, which the load has changed; None if no way leads to one that obeys the law to rounding.
+
+        Newton's method begins at the gaps before, and at the motions of the cycle before once they repeat: where several states obey the law, those
+        of a jump would lead to the next jump.
+        """
+        n, length, law = len(self._gap), force / self._unit, replace(self.law, strength=self.law.strength / force)
+        begin = np.concatenate([np.zeros(len(u) - n), u[-n:] + self._gap]) / length
+        last, repeats = self._begun.get(way, (np.full(u.shape, np.nan), False))
+        state = None if way in self._begun else self._swept(begin.copy(), r / force, law)[0]
+        if state is None or state.error > ROUNDING:
+            start = state.u if state else last / length if repeats else begin
+            state = self._by_newton(law, reactions(law.S, r / force, -begin), start)
+            if not state.error <= STALLED:
+                return None
+            self._begun[way] = length * state.u, bool(np.abs(length * state.u - last).max() <= _REPEATS * length * np.abs(state.u).max())
+        return np.concatenate([u[:-n] + length * state.u[:-n], length * np.maximum(state.u[-n:], 0.0) - self._gap]), force * state.r, state.status
+
+    def _by_newton(self, law: Law, trial: Array, start: Array) -> State:
+        return newton(law, trial, start if np.isfinite(start).all() else np.zeros_like(start))
+
+    def _swept(self, u: Array, r: Array, law: Law) -> tuple[State, Array]:
+        """What sweeps make of motions u and reactions r, which they change; the reactions of the state are on the law, those beside it are exact."""
+        forces, status = np.empty_like(r), np.empty(len(law.friction), dtype=np.int8)
+        error = increment(law.S, law.friction, law.strength, law.own, self.sizes, u, r, forces, status)
+        return State(u, forces, status, 0, error), r
+
+
+class NewtonIncrement(FrictionIncrement, _Nodes):
     """One friction increment by Gauss-Seidel sweeps over the nodes, and by Newton's method on the projected law, which begins where they end.
 
     The sweeps alone often reach the state to rounding; the solver of the record is "SWEEPS" then. Where Newton's method does not converge, it begins
@@ -45,53 +82,35 @@ class NewtonIncrement(FrictionIncrement):
     """
 
     def __init__(self, system: ContactSystem, friction: ArrayLike) -> None:
-        super().__init__(system, friction)
-        # of increments whose state sweeps did not reach, by their load and way: motions, and whether they are nearly those of the cycle before
-        self._begun: dict[bytes, tuple[Array, bool]] = {}
-        self._factors: dict[bytes, Factors] = {}  # of these, within `_MEMORY`
+        FrictionIncrement.__init__(self, system, friction)
+        _Nodes.__init__(self, self.law, self.sizes, system.gap, system.stiffness_scale)
+        self._stands: tuple[Array, Array] = (np.empty(0), np.empty(0))  # u of the last state, and S u
         self._rest: _Rest | None = None  # of the last increment in which open nodes were eliminated
         self._landed = np.zeros(system.nodes, dtype=bool)  # nodes that closed again after that: these are never eliminated again
 
-    def along(self, u: Array, loads: Sequence[Array], begin: bytes = b"") -> Iterator[tuple[Array, Array, NDArray[np.int8]]]:
-        """States after several loads in turn, see `FrictionIncrement`; reactions and gaps go on from those before. `begin` tells ways apart.
+    def along(self, u: Array, loads: Sequence[Array]) -> Iterator[Moved]:
+        """States after several loads in turn, see `FrictionIncrement`; reactions and gaps go on from those before.
 
-        Once sweeps do not reach a state, open nodes are eliminated, as long as they stay open. Else Newton's method begins at the gaps before, and at
-        the motions of the cycle before once they repeat: where several states obey the law, those of a jump would lead to the next jump.
+        Once sweeps do not reach a state, open nodes are eliminated, as long as they stay open.
         """
-        n, gap, axes = self.system.nodes, self.system.gap, self.system.tangents + 1
-        stress: Array | None = None  # S u, where it is known
+        n, axes = self.system.nodes, self.system.tangents + 1
         for load in loads:
-            way = (begin or loads[0].tobytes()) + load.tobytes()
-            if self._begun and (found := self._without_open(u, load, way)):
-                u, stress = found[0], None
-                yield found
-                continue
-            start = np.concatenate([np.zeros(len(u) - n), u[-n:] + gap])
-            if way not in self._begun:
-                r = load + (self.system.S @ u if stress is None else stress)
-                force = force_scale(load[-n:], r)
-                length = force / self.system.stiffness_scale
-                state, r = self._swept(start / length, r / force, self.law_in(force))
-                if state.error <= ROUNDING:
-                    u = np.concatenate([u[:-n] + length * state.u[:-n], length * state.u[-n:] - gap])
-                    stress = force * r - load
-                    yield u, force * state.r, state.status
-                    continue
-                start = length * state.u
-            posed = Posed(self, parted(u, axes)[0], parted(load, axes))
-            last, repeats = self._begun.get(way, (np.full(u.shape, np.nan), False))
-            new = self._by_newton(posed, (last if repeats else start) / posed.length, way)
-            new = new if new.record.residual <= RESIDUAL else self.solve(posed.slip, posed.bonded)
-            before, u = u, joined(new.slip, new.gap - gap)
-            moved = np.concatenate([(u - before)[:-n], new.gap])
-            self._begun[way] = moved, bool(np.abs(moved - last).max() <= _REPEATS * np.abs(moved).max())
-            stress = None
-            yield u, joined(new.q, new.p), new.status
+            way = loads[0].tobytes() + load.tobytes()
+            stress = self._stands[1] if u is self._stands[0] else self.system.S @ u
+            r = load + stress
+            force = force_scale(load[-n:], r)
+            found = (self._begun and self._without_open(u, r, force, way)) or self._moved(u, r, force, way)
+            if found is None:
+                new = self.solve(parted(u, axes)[0], parted(load, axes))
+                found = joined(new.slip, new.gap - self._gap), joined(new.q, new.p), new.status
+            self._stands = found[0], reactions(self.system.S, stress, found[0] - u)
+            u = found[0]
+            yield found
 
-    def _without_open(self, u: Array, load: Array, way: bytes) -> tuple[Array, Array, NDArray[np.int8]] | None:
+    def _without_open(self, u: Array, r: Array, force: float, way: bytes) -> Moved | None:
         """A state with nodes eliminated that are open; None where one of them closes, or the others have no state that obeys the law of all."""
         n, known = self.system.nodes, self._rest.opened if self._rest else np.zeros(self.system.nodes, dtype=bool)
-        opened = u[-n:] + self.system.gap > 0
+        opened = u[-n:] + self._gap > 0
         self._landed |= known & ~opened
         opened &= ~self._landed
         opened = opened if (opened & ~known).sum() > _MORE * (~known).sum() else opened & known
@@ -99,33 +118,21 @@ class NewtonIncrement(FrictionIncrement):
             return None
         try:
             if self._rest is None or (opened != known).any():
-                self._rest = _Rest(self, opened)
-            after, r, status = self._rest.after(u, load, way)
-        except (FrictoptError, LinAlgError):
+                self._rest = _Rest(self.law, self._gap, self._unit, opened)
+        except LinAlgError:
             return None
-        errors = off_law(self.system, self.friction, load, after, r, force_scale(load[-n:], r), u)
-        return (after, r, status) if errors.max() <= STALLED else None
+        found = self._rest.after(u, r, force, way)
+        if found is None or not (found[0][-n:] + self._gap)[opened].min() >= -STALLED * force / self._unit:
+            return None
+        return found if np.abs(reactions(self.system.S, r, found[0] - u) - found[1]).max() <= STALLED * force else None
 
     def _solved(self, posed: Posed) -> Increment:
         """From where sweeps end; else from no motion, by c of nodes and of directions; last by frozen bounds."""
         state, _ = self._swept(np.zeros_like(posed.trial), posed.trial.copy(), posed.law)
         if state.error <= ROUNDING:
             return posed.result(state, SolveRecord("SWEEPS"), residual=state.error)
-        found = self._by_newton(posed, state.u)
+        found = posed.result(self._by_newton(posed.law, posed.trial, state.u), _NEWTON)
         return found if found.record.residual <= RESIDUAL else self._otherwise(posed, found.record.residual)
-
-    def _by_newton(self, posed: Posed, start: Array, way: bytes = b"") -> Increment:
-        start = start if np.isfinite(start).all() else np.zeros_like(start)
-        state = newton(posed.law, posed.trial, start, factors=self._factors.pop(way, None))
-        if way and state.factors and sum(kept.lu.nbytes for kept in (state.factors, *self._factors.values())) <= _MEMORY:
-            self._factors[way] = state.factors
-        return posed.result(state, _NEWTON)
-
-    def _swept(self, u: Array, r: Array, law: Law) -> tuple[State, Array]:
-        """What sweeps make of motions u and reactions r, which they change; the reactions of the state are on the law, those beside it are exact."""
-        forces, status = np.empty_like(r), np.empty(self.system.nodes, dtype=np.int8)
-        error = increment(law.S, law.friction, law.strength, law.own, self.sizes, u, r, forces, status)
-        return State(u, forces, status, 0, error), r
 
     def _otherwise(self, posed: Posed, least: float) -> Increment:
         tangent = np.tile(self.own[:-1].mean(axis=0), (len(self.own) - 1, 1))
@@ -144,38 +151,30 @@ class NewtonIncrement(FrictionIncrement):
             ) from None
 
 
-class _Left(NewtonIncrement):
-    """An increment of the nodes that are left: where Newton's method fails at once, the whole contact is asked. No more are eliminated."""
-
-    def _without_open(self, u: Array, load: Array, way: bytes) -> None:
-        return None
-
-    def _otherwise(self, posed: Posed, least: float) -> Increment:
-        raise SolverError(f"Newton's method leaves a residual of {least:.1e}")
-
-
-class _Rest:
+class _Rest(_Nodes):
     """The nodes that are left of a contact where open ones are eliminated: as long as nothing acts on these, they follow the others."""
 
-    def __init__(self, whole: NewtonIncrement, opened: NDArray[np.bool_]) -> None:
-        system, left, self.opened = whole.system, ~opened, opened
-        self._out, self._in = (np.flatnonzero(np.tile(nodes, system.tangents + 1)) for nodes in (opened, left))
-        own, between = system.S[np.ix_(self._out, self._out)], system.S[np.ix_(self._out, self._in)]
+    def __init__(self, law: Law, gap: Array, unit: float, opened: Booleans) -> None:
+        left, self.opened = ~opened, opened
+        self._out, self._in = (np.flatnonzero(np.tile(nodes, len(law.own))) for nodes in (opened, left))
+        own, between = law.S[np.ix_(self._out, self._out)], law.S[np.ix_(self._out, self._in)]
         self._factor = cho_factor(own)
         if not dpocon(self._factor[0], np.abs(own).sum(axis=0).max())[0] > ROUNDING:
             raise LinAlgError("the open nodes move freely")
         self._carried = cho_solve(self._factor, between)
-        S, none = system.S[np.ix_(self._in, self._in)] - between.T @ self._carried, {"none": np.zeros(len(self._in))}
-        names = None if system.contact is None else system.contact[left]
-        rest = ContactSystem(
-            S, system.points[left], none, gap=system.gap[left], frames=system.frames[left], contact=names, shear_strength=system.shear_strength[left]
-        )
-        self._increment = _Left(rest, whole.friction[left])
+        S = law.S[np.ix_(self._in, self._in)] - between.T @ self._carried
+        own, least = np.diag(S).reshape(len(law.own), -1), ROUNDING * law.own[:, left]
+        own = np.where(own > least, own, law.own[:, left])  # what is rounding holds nothing
+        rest = Law(S, law.friction[left], np.tile(own.max(axis=0), (len(own), 1)), law.strength[left])
+        super().__init__(rest, sizes_of(S, own), gap[left], unit)
 
-    def after(self, u: Array, load: Array, way: bytes) -> tuple[Array, Array, NDArray[np.int8]]:
-        """Motions, reactions and status of all nodes after a load."""
-        moved, r, status = np.empty_like(u), np.zeros_like(u), np.full(len(self.opened), OPEN, dtype=np.int8)
-        rest = load[self._in] - load[self._out] @ self._carried
-        moved[self._in], r[self._in], status[~self.opened] = next(self._increment.along(u[self._in], [rest], way))
-        moved[self._out] = -cho_solve(self._factor, load[self._out]) - self._carried @ moved[self._in]
-        return moved, r, status
+    def after(self, u: Array, r: Array, force: float, way: bytes) -> Moved | None:
+        """Motions, reactions and status of all nodes, from motions with reactions that the load has changed."""
+        acting = cho_solve(self._factor, r[self._out])
+        found = self._moved(u[self._in], r[self._in] - r[self._out] @ self._carried, force, way)
+        if found is None:
+            return None
+        moved, forces, status = u.copy(), np.zeros_like(u), np.full(len(self.opened), OPEN, dtype=np.int8)
+        moved[self._in], forces[self._in], status[~self.opened] = found
+        moved[self._out] -= acting / self._unit + self._carried @ (moved - u)[self._in]
+        return moved, forces, status

@@ -88,6 +88,13 @@ def force_scale(bonded: Array, reactions: Array) -> float:
     return force if force > _NO_FORCE * np.abs(reactions).max() else float(np.abs(reactions).mean()) or 1.0
 
 
+def sizes_of(S: Array, own: Array) -> Array:
+    """(t + 1, N) stiffness of each node against itself, for its tangents the largest in any direction, at least that `own` of each direction."""
+    (axes, n), each = own.shape, np.arange(own.shape[1])
+    blocks = S.reshape(axes, n, axes, n)[:-1, each, :-1, each]
+    return np.vstack([np.tile(np.maximum(np.linalg.eigvalsh(blocks)[:, -1], own[:-1].max(axis=0)), (axes - 1, 1)), own[-1]])
+
+
 class Posed:
     """One increment in units of the mean normal force and of the slip that this force makes; ModelError for arrays that do not fit.
 
@@ -103,7 +110,7 @@ class Posed:
         self.force = force_scale(self.bonded[1], self.reactions)
         self.length = self.force / system.stiffness_scale
         self.trial = self.reactions / self.force
-        self.law = owner.law_in(self.force)
+        self.law = replace(owner.law, strength=owner.law.strength / self.force)
 
     def result(self, state: State, how: SolveRecord, residual: float | None = None) -> Increment:
         """The state in the caller's units, and how it was found, with what the referee says of it unless that is known."""
@@ -139,18 +146,9 @@ class FrictionIncrement(ABC):
         self.system, self.friction = checked_system(system), friction_coefficients(friction, system.nodes)
         self.own = (system.own_stiffness / system.stiffness_scale).reshape(-1, system.nodes)
         """(t + 1, N) dimensionless stiffness of each direction of each node."""
-        stiffness = np.tile(self.own.max(axis=0), (len(self.own), 1))
-        self.law = Law(system.S / system.stiffness_scale, self.friction, stiffness, system.shear_strength)
-        """The dimensionless law, with one c and d for all directions of a node, but for the strength of the surface, see `law_in`."""
-        t, each = system.tangents, np.arange(system.nodes)
-        blocks = self.law.S.reshape(t + 1, len(each), t + 1, len(each))[:t, each, :t, each]
-        tangent = np.maximum(np.linalg.eigvalsh(blocks)[:, -1], self.own[:-1].max(axis=0))
-        self.sizes = np.vstack([np.tile(tangent, (t, 1)), self.own[-1]])
-        """(t + 1, N) stiffness of each node against itself, for its tangents the largest in any direction."""
-
-    def law_in(self, force: float) -> Law:
-        """The dimensionless law in a unit of force."""
-        return replace(self.law, strength=self.law.strength / force) if self.system.capped else self.law
+        S = system.S / system.stiffness_scale
+        self.law, self.sizes = Law(S, self.friction, np.tile(self.own.max(axis=0), (len(self.own), 1)), system.shear_strength), sizes_of(S, self.own)
+        """The dimensionless law, with one c and d for all directions of a node, its strength in the unit of the caller; and its `sizes_of`."""
 
     def solve(self, slip: ArrayLike, bonded: Sequence[ArrayLike]) -> Increment:
         """A state to which a slip can move under a load.

@@ -19,6 +19,7 @@ from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
 
 from ...contact import ROUNDING, STALLED, Array
 from ..begin import OPEN, SLIP, STICK
+from .sweeps import reactions
 
 _NEWTON = 1e-2 * ROUNDING  # dimensionless errors of the law from which on Newton's method is done
 _STEPS = 60  # Newton steps for one increment at most
@@ -46,26 +47,22 @@ class Law:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """A claimed state, dimensionless: (M,) slip increments and gaps u, (M,) reactions r, (N,) status of the nodes, steps, and error of the law.
-
-    The factors are those of the last step, for the same increment of the next cycle.
-    """
+    """A claimed state, dimensionless: (M,) slip increments and gaps u, (M,) reactions r, (N,) status of the nodes, steps, and error of the law."""
 
     u: Array
     r: Array
     status: NDArray[np.int8]
     steps: int
     error: float
-    factors: "Factors | None" = None
 
 
-def newton(law: Law, trial: Array, u: Array, most: int = _STEPS, factors: "Factors | None" = None) -> State:
+def newton(law: Law, trial: Array, u: Array, most: int = _STEPS) -> State:
     """The state that so many steps of Newton's method reach from motions u at most; whether it obeys the law is for the referee to say.
 
     It makes none where the error of u is small enough already. Where statuses stay, steps with the factors of an earlier one, which cost little, come
     first. In the plane slip against +x has the status -1.
     """
-    best, steps = _piece(law, trial, u), 0
+    best, steps, factors = _piece(law, trial, u), 0, None
     while steps < most and best.error > _NEWTON:
         if factors and (factors.status == best.status).all():
             found = _piece(law, trial, best.u + factors.step(best))
@@ -83,7 +80,7 @@ def newton(law: Law, trial: Array, u: Array, most: int = _STEPS, factors: "Facto
         if _is_rounding(found, best):
             break
         best = found
-    return _on_law(law, best, steps, factors)
+    return _on_law(law, best, steps)
 
 
 def _is_rounding(found: "_Piece", best: "_Piece") -> bool:
@@ -91,15 +88,15 @@ def _is_rounding(found: "_Piece", best: "_Piece") -> bool:
     return found.merit > _GAIN * best.merit and best.error <= STALLED
 
 
-def _on_law(law: Law, best: "_Piece", steps: int, factors: "Factors | None") -> State:
+def _on_law(law: Law, best: "_Piece", steps: int) -> State:
     """The state of a piece: what it lets vanish is zero, and slipping nodes are on their bound."""
     still = np.concatenate([np.tile(best.status == STICK, len(best.unit)), best.status != OPEN])
     u = np.where(still, 0.0, best.u)
     sense = -np.sign(best.unit[0]).astype(np.int8) if len(best.unit) == 1 else 1
-    r = (best.r + law.S @ (u - best.u) if (u != best.u).any() else best.r).reshape(law.own.shape)
+    r = reactions(law.S, best.r, u - best.u).reshape(law.own.shape)
     r[:, best.status == OPEN] = 0.0
     r[:-1] = np.where(best.status == SLIP, law.bound(r[-1]) * best.unit, r[:-1])
-    return State(u, r.ravel(), np.where(best.status == SLIP, sense, best.status).astype(np.int8), steps, best.error, factors)
+    return State(u, r.ravel(), np.where(best.status == SLIP, sense, best.status).astype(np.int8), steps, best.error)
 
 
 class _Piece(NamedTuple):
@@ -140,7 +137,7 @@ class Factors(NamedTuple):
 
 
 def _piece(law: Law, trial: Array, u: Array) -> _Piece:
-    (d, c), r = law.own[-2:], trial + law.S @ u
+    (d, c), r = law.own[-2:], reactions(law.S, trial, u)
     (dv, w), (q, p) = ((values.reshape(law.own.shape)[:-1], values.reshape(law.own.shape)[-1]) for values in (u, r))
     pressed = p - c * w
     radius = law.bound(pressed)

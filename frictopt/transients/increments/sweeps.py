@@ -12,7 +12,7 @@ from ..exact.kernel import entry_point, inner
 STICK, SLIP, OPEN = 0, 1, 2  # copies of those in `begin.py`, and of a tolerance; a test compares them
 _ROUNDING = 1e-12
 _SWEEPS, _AMONG, _ROUNDS = 4, 100, 10  # of an increment at most: over all nodes, then over those that move, in turn so often
-_RELAX = 1.2  # of sweeps over the nodes that move: half as many of them
+_RELAX = 1.4  # of sweeps over the nodes that move: a third as many of them
 
 
 @inner
@@ -35,14 +35,15 @@ def _pull(own, u, r, node):
     return np.sqrt(total)
 
 
-@inner
-def _reactions(S, still, u, r):
-    """Write `still + S u` into r (S is symmetric: its rows serve as columns)."""
-    r[:] = still
+@entry_point
+def reactions(S, still, u):
+    """`still + S u`, by the motions that are not zero: few of an increment are (S is symmetric: its rows serve as columns)."""
+    r = still.copy()
     for i in range(len(u)):
         if u[i] != 0.0:
             for k in range(len(r)):
                 r[k] += u[i] * S[i, k]
+    return r
 
 
 @entry_point
@@ -99,14 +100,13 @@ def increment(S, f, strength, own, size, u, r, forces, status):
     the reactions with slipping nodes exactly on their bound and open ones without any, and the statuses. Returns the largest violation of the contact
     law, as `off_law` has it; inf where a number is not finite.
     """
-    still, off = np.empty_like(r), np.inf
-    _reactions(S, r, -u, still)
+    still, off = reactions(S, r, -u), np.inf
     for _ in range(_ROUNDS):
         last = sweep(S, f, strength, size, u, r, _SWEEPS, _ROUNDING, 1.0) <= _ROUNDING
         last = not _sweep_moving(S, f, strength, size, u, r) <= _ROUNDING or last
-        _reactions(S, still, u, r)
+        r[:] = reactions(S, still, u)
         if _take_piece(f, strength, own, u, r, status):
-            _reactions(S, still, u, r)
+            r[:] = reactions(S, still, u)
         off = _put_on_law(f, strength, own, u, r, forces, status)
         if last or off <= _ROUNDING:
             break

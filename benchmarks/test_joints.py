@@ -1,0 +1,101 @@
+"""Joints of the size that users bring: steady states in dense solves and against plain cycling, limits against Clarabel on the same rows.
+
+Each call is timed by the processor time of one thread, once where it takes seconds.
+"""
+
+import numpy as np
+import pytest
+from joints import ASKEW, FRICTION, PULL, SHEAR, VIBRATION, fir_tree, flange, lap_joint
+from test_spatial import ratio, seconds
+
+import frictopt as fo
+from frictopt.contact.parts import joined
+from frictopt.solve.solvers import run
+from frictopt.transients.march import open_at_rest
+from frictopt.transients.stepped import SteppedPath
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Contacts by name, made once."""
+    folder, known = tmp_path_factory.mktemp("joints"), {}
+    ways = {
+        "flange": lambda: flange(folder, 9),
+        "fine flange": lambda: flange(folder, 5),
+        "lap joint": lap_joint,
+        "fir tree": lambda: fir_tree(folder),
+    }
+
+    def system(name):
+        if name not in known:
+            known[name] = ways[name]()
+        return known[name]
+
+    return system
+
+
+def asked(name):
+    """Cycle and friction of a joint."""
+    return {"lap joint": (PULL, 0.3), "fir tree": (VIBRATION, 0.3)}.get(name, (SHEAR, FRICTION))
+
+
+@pytest.mark.parametrize(("name", "nodes"), [("flange", 747), ("fine flange", 1096), ("fir tree", 96)])
+def test_the_joints_have_their_sizes(made, name, nodes):
+    assert made(name).nodes == pytest.approx(nodes, rel=0.02)  # which depends on the version of gmsh
+
+
+@pytest.mark.parametrize(("name", "load_factor", "most"), [("flange", 1.0, 100.0), ("flange", 5.0, 150.0), ("lap joint", 1.0, 1000.0)])
+def test_steady_state_in_dense_solves(made, name, load_factor, most, record_property):
+    """With two increments from corner to corner, its proof and the error of its increments, over one dense solve of the contact by LAPACK."""
+    system, (cycle, friction), found = made(name), asked(name), []
+    ours = seconds(lambda: found.append(fo.steady_state(system, cycle, friction, load_factor, steps=2)))
+    S, r = system.S + system.stiffness_scale * np.eye(len(system.S)), joined(*system.reaction(cycle.mean))
+    assert found[0].open.any() and found[0].outcome is fo.Outcome.CYCLIC_SLIP and found[0].record.residual <= 1e-9
+    record_property("cycles", found[0].cycles)
+    assert ratio(ours, seconds(lambda: np.linalg.solve(S, r), rounds=3), record_property) < most
+
+
+@pytest.mark.parametrize(("name", "most"), [("flange", 3.0), ("lap joint", 3.0)])
+def test_steady_state_against_plain_cycling(made, name, most, record_property):
+    """Over as many load cycles from increment to increment, without extrapolation, proof or error."""
+    system, (cycle, friction), found, path = made(name), asked(name), [], []
+    ours = seconds(lambda: found.append(fo.steady_state(system, cycle, friction, 1.0, steps=2)))
+
+    def plain():
+        path.append(SteppedPath("newton", 2, system, cycle, friction, 1.0).start())
+        path.append(path[0].cycle_on(found[0].cycles))
+
+    rival = seconds(plain)
+    assert path[1].works[0] == pytest.approx(found[0].first_cycle, rel=1e-9) and path[1].works[-1] == pytest.approx(found[0].dissipation, rel=1e-3)
+    assert ratio(ours, rival, record_property) < most
+
+
+def limit_ratio(model, friction, open_nodes, record_property):
+    """Of a first limit of one pattern, with what cvxpy and the proof add, over that of Clarabel on the rows of the same program."""
+    limits = []
+    ours = seconds(lambda: limits.append(model.solve(friction, open=open_nodes)))
+    *_, program = model._programs.values()
+    rival = seconds(lambda: run(program.chain.reduced.arrays, "CLARABEL", -np.inf))
+    assert limits[0].residual <= 1e-9
+    return ratio(ours, rival, record_property)
+
+
+@pytest.mark.parametrize(("name", "most"), [("flange", 0.5), ("fine flange", 0.5), ("lap joint", 4.0), ("fir tree", 40.0)])
+def test_limit_of_one_pattern_against_clarabel(made, name, most, record_property):
+    system, (cycle, friction) = made(name), asked(name)
+    pattern = open_at_rest(system, cycle, friction)
+    assert pattern.any() and limit_ratio(fo.ShakedownModel(system, cycle), friction, pattern, record_property) < most
+
+
+@pytest.mark.parametrize(("elements", "most"), [(29, 0.4), pytest.param(49, 0.4, marks=pytest.mark.slow)])
+def test_limit_without_symmetry_against_clarabel(elements, most, record_property):
+    contact = fo.scenes.SquarePunch(elements=elements).condense()
+    assert limit_ratio(fo.ShakedownModel(contact, ASKEW, simplify=False), 0.5, np.zeros(contact.nodes, dtype=bool), record_property) < most
+
+
+def test_required_friction_in_limits(made, record_property):
+    """Of the fir tree at half its limit, over the time of one limit with its search of patterns."""
+    system, (cycle, friction), limits = made("fir tree"), asked("fir tree"), []
+    rival = seconds(lambda: limits.append(fo.shakedown_limit(system, cycle, friction)))
+    ours = seconds(lambda: fo.required_friction(system, cycle, 0.5 * limits[0].load_factor))
+    assert ratio(ours, rival, record_property) < 8.0
