@@ -328,6 +328,17 @@ def tiny(kind, cone):
     return cp.Problem(cp.Maximize(x[0]), rows), set()
 
 
+@pytest.mark.parametrize("free", [0, 1, 3])
+def test_a_compliance_is_the_inverse_where_something_resists_and_nothing_elsewhere(free):
+    rng, n = np.random.default_rng(free), 8
+    still = np.linalg.qr(rng.normal(size=(n, free)))[0] if free else np.zeros((n, 0))
+    root = (np.eye(n) - still @ still.T) @ rng.normal(size=(n, n))
+    square = root @ root.T
+    found, inverse = unresisted(square, np.zeros((1, n)), np.sqrt(np.diag(square)), np.ones(1))
+    assert found @ found.T == pytest.approx(still @ still.T, abs=1e-9)
+    assert inverse == pytest.approx(np.linalg.pinv(square, rcond=1e-9), abs=1e-6 * np.abs(inverse).max())
+
+
 @pytest.mark.parametrize("cone", [False, True])
 @pytest.mark.parametrize("kind", ["infeasible", "unbounded", "feasible"])
 def test_why_there_is_no_optimum(kind, cone):

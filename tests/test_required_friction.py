@@ -11,6 +11,7 @@ from skfem import MeshQuad
 import frictopt as fo
 from cases import few
 from frictopt.limits.required_friction import best_pressed
+from liars import misread
 from separation import rests
 from spatial import cycle as spatial_cycle
 from spatial import random_contact
@@ -88,6 +89,14 @@ def test_the_best_pressed_slip_by_another_program(make, cycle, seed, nodes, fact
     if pressed.least < -1e-6:
         answer = fo.required_friction(contact, cycle, factor, slip_bound=bound)
         assert answer.required == np.inf and len(answer.mechanism)
+
+
+def test_a_pressing_whose_multipliers_prove_nothing_is_no_answer(monkeypatch):
+    contact = random_system(np.random.default_rng(1), 3)
+    assert best_pressed(contact, CYCLE, 0.5, None)[0].residual <= 1e-9
+    misread(monkeypatch, lambda compiled, z, multipliers: np.multiply(multipliers, 0.5, out=multipliers))
+    with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
+        best_pressed(contact, CYCLE, 0.5, None)
 
 
 @cache
