@@ -126,7 +126,7 @@ class LoadCycle(Plotted):
             that name, if there is one. The corners keep their times, and so does a last row that equals the first one, as the time of the return.
         tolerance
             Against noise, a share of the range of each load case: every measured load lies within it of the straight way between two corners kept, in
-            its order. One load case keeps its reversals of more than twice as much. 0: all turning points. A load that is constant but for noise has
+            its order. One load case keeps its reversals of more than twice as much. 0: all turning points. A load that is constant up to noise has
             no other range than its noise: leave its column out, and give it in `mean`.
 
         Raises
@@ -259,7 +259,7 @@ def _sum(one: Mapping[str, float], other: Mapping[str, float], factor: float = 1
 
 
 def _told(loads: Mapping[str, float], of: str) -> list[str]:
-    """Loads in words, without those that are zero but for rounding."""
+    """Loads in words, without those that are zero up to rounding."""
     most = max(map(abs, loads.values()), default=0.0)
     return [f"{case} = {amplitude:+.4g}{of}" for case, amplitude in loads.items() if abs(amplitude) > ROUNDING * most]
 

@@ -205,7 +205,7 @@ def following(S: Array, opened: Booleans, bonded: Sequence[tuple[Array, Array]])
     values, vectors = np.linalg.eigh(S[np.ix_(out, out)])
     held = values > _HELD * max(values[-1], np.finfo(float).tiny)
     loads = [joined(*pair) for pair in bonded]
-    driven = [r[out] @ vectors[:, ~held] / (np.abs(r).max() or 1.0) for r in loads]  # a way aside that no load takes is no matter
+    driven = [r[out] @ vectors[:, ~held] / (np.abs(r).max() or 1.0) for r in loads]  # a way aside that no load takes does not matter
     if max(np.abs(part).max(initial=0.0) for part in (*driven, vectors[-int(opened.sum()) :, ~held])) > _HELD:
         return None
     give = np.zeros_like(S)

@@ -95,7 +95,7 @@ def bar_of(
     keeps: Callable[[Any], tuple[str, object, str] | None] | None = None,
     on: tuple[type[BaseException], ...] = (KeyboardInterrupt,),
 ) -> Iterator[Bar]:
-    """The bar of a computation, which counts `unit`s and tells the `best` so far in words. One within another that is not shown is not shown either.
+    """The bar of a computation, which counts `unit`s and shows the `best` so far in words. One within another that is not shown is not shown either.
 
     An interrupt (Ctrl-C), or each error of `on`, gets what `keeps` makes of them: the name of an attribute, its value, and a sentence about it. Of
     bars within each other the outermost one that keeps anything does.

@@ -66,7 +66,7 @@ class ContactSystem(Shown, Plotted):
     width
         (N,) tributary lengths (areas in space) > 0: reactions over width are mean tractions.
     E_star
-        Contact modulus of the bodies, `1/E_star = sum of (1 - nu^2)/E`, force per area. It only serves as a unit of dimensionless results.
+        Contact modulus of the bodies, `1/E_star = sum of (1 - nu^2)/E`, force per area. It is only a unit of dimensionless results.
     compliance
         (cases, cases) compliance of the load cases on the glued bodies, in the order of `bonded`, for `displacements` alone: entry j, k is the
         displacement of load case j under the unit load k, that is the work of the unit load j in it.
@@ -75,10 +75,10 @@ class ContactSystem(Shown, Plotted):
         above 0. The work of the unit load of such a case is minus the tension times the shortening, see `tension`.
     shear_strength
         (N,) largest size of the shear force at each node, force, > 0: the strength of the surface times the area. inf: friction alone bounds it. See
-        `with_shear_strength`, which also tells what asks for it.
+        `with_shear_strength`, which also says what knows it.
     stretch
-        In the shape of slips, > 0: slips of this system are so many times those along its tangents, shear forces as much less. 1, but for friction
-        that differs along the tangents, see `with_orthotropic_friction`.
+        In the shape of slips, > 0: slips of this system are so many times those along its tangents, shear forces as much less. 1, unless friction
+        differs along the tangents, see `with_orthotropic_friction`.
     units
         Names of the units of force and length, such as "N, mm", for the axes of pictures and `attrs["units"]` of tables; no number depends on them.
 

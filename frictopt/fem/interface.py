@@ -118,7 +118,7 @@ class Interface:
         return np.asarray((self._turned.T @ apart).toarray())
 
     def sliding(self, motions: csr_matrix, unknowns: Integers) -> "Interface":
-        """The same, with normals that rigid motions (size, k) slide along exactly where they do so but for the last digits of coordinates."""
+        """The same, with normals that rigid motions (size, k) slide along exactly where they do so up to the last digits of coordinates."""
         n, d = self.frames.shape[:2]
         rigid = np.linalg.qr(self.relative(motions, unknowns))[0]
         _, opens, turn = np.linalg.svd(np.linalg.qr(rigid[-n:], mode="r"))
@@ -253,7 +253,7 @@ def check_sides(K: csr_matrix, unknowns: Integers, graph: csr_matrix, interface:
     """Check that the normals point into body 1: nodes off the contact that are joined to those of a pair lie ahead in body 1, behind in body 2.
 
     A normal is wrong where some of them contradict it and none agrees, or some of either body do: at a re-entrant corner those of one body may do so.
-    A node that is joined to clamped ones too, which the matrix does not have and which pull it back in any shift, tells nothing, and neither do
+    A node that is joined to clamped ones too, which the matrix does not have and which pull it back in any shift, says nothing, and neither do
     reduced models, in which all are joined.
     """
     shifts, listed = np.zeros((K.shape[0], points.shape[1])), unknowns >= 0

@@ -122,7 +122,7 @@ class Vibrating:
     """Base of models that have modes of vibration."""
 
     def modes(self: Any, n: int, *, open: ArrayLike | None = None) -> Modes:
-        """The n lowest natural frequencies and modes, with the contacts glued, but for the surfaces' own stiffness; or with some nodes open.
+        """The n lowest natural frequencies and modes, with the contacts glued apart from the surfaces' own stiffness, or with some nodes open.
 
         The mass follows from the `density` of each material. What nothing holds has rigid motions of frequency 0. A bolt takes up what a vibration
         adds to its tension: both faces of its section, see `BoltPreload`, move together. Loads count for nothing: they do not stiffen the bodies, as

@@ -35,7 +35,7 @@ class DissipationRange(Kept, Plotted):
     least_start, worst_start
         (N,) or (N, 2) residual slips that lead to them, for `steady_state`, length.
     least_state, most_state
-        Their steady states. In space `step_error` tells what the increments leave, of the work over itself.
+        Their steady states. In space `step_error` says what the increments leave, of the work over itself.
     levels
         Works of friction where searches ended, each once, in rising order; of ten increments or more those of the last searches alone.
     transients, residual
@@ -107,7 +107,7 @@ def dissipation_range(
     Where there are ten increments or more, all this is done with five, and transients end where later cycles change their work by a thousandth. The
     four levels with the most work and the four with the least are then followed in all increments, and the search goes on from the best at each end.
     It takes some hundreds of transients, whatever the number of nodes. A transient without a steady state in 200 cycles, of these levels in 2000, is
-    given up: `to_frame` tells which.
+    given up: `to_frame` says which.
 
     The result is an inner estimate, which no theorem closes: other starts may have more work. Orbits on which nodes open are counted
     but not searched from.

@@ -178,7 +178,7 @@ class Report(Kept):
             else:
                 yield "From assembly without slip the contact stops slipping at your load."
             if guaranteed is not None and guaranteed.load_factor < 1 and steady.friction.any():
-                yield "Another start may slip for ever: `dissipation_range` tells how much the start matters."
+                yield "Another start may slip for ever: `dissipation_range` says how much the start matters."
         elif steady is not None:
             worst = self.contacts.loc[self.contacts["work"].idxmax()]
             where = f", most of the work is done in {worst['contact']}" * (len(self.contacts) > 1)
@@ -186,7 +186,7 @@ class Report(Kept):
             if steady.outcome is Outcome.RATCHETING:
                 yield "It ratchets: with each cycle it slips further in one direction."
             if limit is not None and limit.least <= 1 <= limit.load_factor:
-                yield "A state of rest exists at your load: `steady_state(..., initial_slip=limit.slip)` tells whether that start leads there."
+                yield "A state of rest exists at your load: `steady_state(..., initial_slip=limit.slip)` shows whether that start leads there."
             elif self.required is not None and enough:
                 yield f"Friction of {self.required.required:.3g} and the right residual slip would keep it stuck."
             if guaranteed is not None and guaranteed.load_factor >= 1:

@@ -50,7 +50,7 @@ class Store:
             place = self.path if make else f"{self.path.as_uri()}?mode=ro"
             self._connection = sqlite3.connect(place, uri=not make, timeout=_PATIENCE, isolation_level=None)
             self.close, ask = self._connection.close, self._connection.execute
-            self._connection.text_factory = lambda text: text.decode(errors="replace")  # the checksum tells such a row
+            self._connection.text_factory = lambda text: text.decode(errors="replace")  # the checksum shows such a row
             with ExitStack() as undo:
                 undo.callback(self.close)
                 if make:

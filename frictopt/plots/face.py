@@ -220,7 +220,7 @@ def _unrolled(points: Array, around: Array, axis: Array) -> Array:
     angle = np.arctan2(around @ second, around @ first)
     sides = np.sort(angle)
     gaps = np.diff(sides, append=sides[0] + 2 * np.pi)
-    widest = int((gaps > gaps.max() - _FLAT).argmax())  # the first one, where all are alike but for rounding
+    widest = int((gaps > gaps.max() - _FLAT).argmax())  # the first one, where all are alike up to rounding
     outward = np.cross(around, axis)
     outward -= outward.mean(axis=0)
     radius = np.sum((points - points.mean(axis=0)) * outward) / np.sum(outward**2)

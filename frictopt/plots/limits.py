@@ -34,7 +34,7 @@ def _ratios(
 ) -> Axes | AxesArray:
     """Shear over friction bound of reactions at K corners, with circles at some of them; of many corners, those with the largest circles.
 
-    Where the bound is zero but for rounding, no ratio is drawn. In space maps of the corner `at`, with the circles of all, and the slip as arrows.
+    Where the bound is zero up to rounding, no ratio is drawn. In space maps of the corner `at`, with the circles of all, and the slip as arrows.
     """
     system = found.system
     bound, of = most_shear(system, found.friction, p), r"\min(f p, c)" if system.capped else "(f p)"

@@ -90,7 +90,7 @@ def polish(program: Arrays, x: Array, y: Array) -> tuple[Array, Array]:
     """
     best = x, program.admissible(y)
     least = program.off(*best)
-    with np.errstate(all="ignore"):  # a step of a wrong guess may go anywhere, and what it is off tells
+    with np.errstate(all="ignore"):  # a step of a wrong guess may go anywhere, and `off` judges it
         for share in _shares(program, x, y):
             at, slopes, before = x, y, None
             for _ in range(_REVISIONS):

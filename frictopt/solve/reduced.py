@@ -241,7 +241,7 @@ def dominated(matrix: csr_array, right: Array) -> Integers:
     unknown, entries, coefficient = int(matrix.indices[matrix.indptr[signed[0]]]), matrix.tocoo(), np.zeros(n)
     its, ways = entries.col == unknown, np.random.default_rng(0).normal(size=(matrix.shape[1], 2))
     coefficient[entries.row[its]], ways[unknown] = entries.data[its], 0.0
-    mark = matrix @ ways  # equal rows have equal marks, and others never, but for chance
+    mark = matrix @ ways  # equal rows have equal marks, and others only by chance
     order = np.lexsort([right, -coefficient, mark[:, 1], mark[:, 0]])
     new = np.r_[True, (np.diff(mark[order], axis=0) != 0).any(axis=1)]
     rank, after = np.unique(right[order], return_inverse=True)[1], (n + 1) * np.cumsum(new)

@@ -111,7 +111,7 @@ def bend(last: Sequence[Cycle]) -> Array:
 def work_error(path: Transient, cycles: Sequence[Cycle], slow: float) -> float:
     """Estimated distance of the last cycle's work from its limit, over itself; inf if the cycles do not tell.
 
-    The smaller of two estimates. One is by the change of a state that is its limit but for rounding, and whose later changes add up to `slow` times
+    The smaller of two estimates. One is by the change of a state that is its limit up to rounding, and whose later changes add up to `slow` times
     this one: the work changes by at most some forces times it. The other is by the works of the last cycles, which differ by rounding if they do not
     come closer.
     """

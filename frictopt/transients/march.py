@@ -57,7 +57,7 @@ def march(
         increments: "newton", each by Newton's method; "qp", by convex programs with a frozen friction bound; "milp", by complementarity conditions
         with booleans, for plane contacts. None: "path" in the plane without `steps`, else "newton".
     steps
-        Number of increments from corner to corner; None: 20. The transient is followed with a half and a quarter of them, too, which tells
+        Number of increments from corner to corner; None: 20. The transient is followed with a half and a quarter of them, too, which gives
         `step_error`. The exact path has none.
     progress
         Whether to show after two seconds how far the increments are.

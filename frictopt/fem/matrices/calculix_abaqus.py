@@ -190,7 +190,7 @@ def stiffness_of_element(text: str, path: Path) -> tuple[csr_matrix, Integers]:
 
 def numbers_in(path: Path, what: str, separator: str, columns: int) -> Any:
     """The columns of a text file without header, as a list of `columns` arrays; lines that begin with * are comments."""
-    import pandas as pd  # here, for reading is all that it serves
+    import pandas as pd  # here, for only reading needs it
 
     text = text_of(path, what)
     try:

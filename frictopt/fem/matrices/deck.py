@@ -90,7 +90,7 @@ class Constraints:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Deck(Shown):
-    """Nodes, sets and elements of a CalculiX or Abaqus deck. Names of sets are in capital letters, for neither code tells cases apart.
+    """Nodes, sets and elements of a CalculiX or Abaqus deck. Names of sets are in capital letters, for neither code distinguishes cases.
 
     Examples
     --------
@@ -214,7 +214,7 @@ def text_of(path: Path, what: str) -> str:
 
 
 def blocks(path: Path) -> Iterator[Block]:
-    """The blocks of a deck and of the files that it includes, in order; all in capitals, but for data lines."""
+    """The blocks of a deck and of the files that it includes, in order; all in capitals except data lines."""
     lines = list(_lines(path))
     starts = [i for i, line in enumerate(lines) if line.startswith("*")]
     for start, end in zip(starts, [*starts[1:], len(lines)], strict=True):

@@ -128,7 +128,7 @@ class _Growth:
     """Motions that begin one after the other while none stops, and how they follow from those that rest.
 
     Their equations K are factored as L U without exchange of rows. So the leading blocks of the inverse factors are those of the motions that have
-    begun first, and one factorisation serves all stretches. `factor` (2N,) is that of p in the equation of each motion, `base` (2N, 2N) the
+    begun first, and one factorisation is enough for all stretches. `factor` (2N,) is that of p in the equation of each motion, `base` (2N, 2N) the
     derivative of those that rest. `order` are those of u (2N,) that move, as they begin; it may grow until the factors are asked for.
     """
 

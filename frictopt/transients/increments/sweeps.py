@@ -37,7 +37,7 @@ def _pull(own, u, r, node):
 
 @entry_point
 def reactions(S, still, u):
-    """`still + S u`, by the motions that are not zero: few of an increment are (S is symmetric: its rows serve as columns)."""
+    """`still + S u`, by the motions that are not zero: few of an increment are (S is symmetric: its rows are its columns)."""
     r = still.copy()
     for i in range(len(u)):
         if u[i] != 0.0:
@@ -96,7 +96,7 @@ def _sweep_moving(S, f, strength, own, u, r):
 def increment(S, f, strength, own, size, u, r, forces, status):
     """One increment by sweeps over all nodes, then over those that move, in turn until the state obeys the law.
 
-    See `sweep`, which takes `size` for its `own`: own tells sticking nodes from slipping ones, and open ones. `forces` (M,) and `status` (N,) take
+    See `sweep`, which takes `size` for its `own`: own is of the law: by it nodes stick, slip or open. `forces` (M,) and `status` (N,) take
     the reactions with slipping nodes exactly on their bound and open ones without any, and the statuses. Returns the largest violation of the contact
     law, as `off_law` has it; inf where a number is not finite.
     """
