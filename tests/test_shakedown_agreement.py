@@ -33,6 +33,12 @@ def test_corners_that_rule_no_node_are_counted_and_change_nothing(punch, corners
     assert (0.7 * p - np.abs(q)).min() == pytest.approx(0.0, abs=1e-9)
 
 
+def test_a_model_has_rows_of_pressure_where_little_friction_needs_them():
+    model = fo.ShakedownModel(random_system(np.random.default_rng(0), 3), fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": -1.0}]))
+    for friction in (0.5, 0.001, 0.5, 0.002):
+        assert ("pressed" in str(model.solve(friction).problem)) is (friction < 0.01)
+
+
 @pytest.mark.slow
 def test_many_corners_take_memory_for_their_loads_alone():
     """Three nodes and 20,000 corners: rows of all of them would be a program of 120,000."""

@@ -40,13 +40,10 @@ class Mechanism:
         without slip, less where the surface shears off.
     friction, open
         (N,) coefficients of friction; nodes that are open and follow the others without force, None where none is.
-    hold
-        (t, N) stress that the slip bound takes up at each node; None without a bound.
     """
 
     moves: Array
     friction: Array
-    hold: Array | None = None
     open: Booleans | None = None
 
     @property
@@ -67,18 +64,9 @@ class Mechanism:
             along, opening = np.where(self.open, 0.0, along), np.where(self.open, touching.clip(0.0), opening)
         return np.stack([along, opening])
 
-    def work(self, task: Question) -> tuple[float, float]:
-        """Works on the mechanism: resistance of the loads at load factor 0 and of held nodes, and drive of what a load factor of 1 adds.
-
-        A safe slip at load factor lam needs `lam * drive <= resistance`.
-        """
-        held = 0.0 if task.most is None or self.hold is None else float(np.linalg.norm(self.hold, axis=0) @ task.most)
-        moves, (r0, r1) = self.moves.reshape(len(self.moves), -1), task.bonded
-        return float(np.sum((moves if task.fixed else moves.sum(axis=0)) * r0)) + held, -float(np.sum(moves * r1))
-
-    def scaled(self, factor: float) -> Mechanism:
-        """The same mechanism with all motions multiplied by a factor >= 0."""
-        return replace(self, moves=self.moves * factor, hold=None if self.hold is None else self.hold * factor)
+    def drive(self, task: Question) -> float:
+        """Work that what a load factor of 1 adds does on the mechanism."""
+        return -float(np.sum(self.moves.reshape(len(self.moves), -1) * task.bonded[1]))
 
     def table(self, system: ContactSystem, corners: Sequence[str]) -> pd.DataFrame:
         """One row for each motion, largest first; `corners` are the names of the K corners.

@@ -142,18 +142,14 @@ class Program:
             moves[k, -1] = rows[self.x.p[k]].dual_value
         if len(self.corners) and not np.isfinite(moves).all():
             moves = np.full_like(moves, np.nan)
-        hold = None
-        if task.most is not None:
-            net = moves.sum(axis=0)
-            hold = (net[:-1].ravel() @ task.A + net[-1] @ task.B).reshape(-1, n)
         if task.give is None:
-            return Mechanism(moves, task.friction, hold)
+            return Mechanism(moves, task.friction)
         labelled, press = {row.label: row for row in self.rows}, np.zeros((len(moves), moves[0].size))
         at = np.flatnonzero(task.open) + system.tangents * n
         for k in self.x.gap:
             press[k, at] = np.maximum(labelled[f"apart[{k}]"].dual_value, 0.0)
         moves = moves - ((moves.reshape(len(moves), -1) @ system.S + press) @ task.give).reshape(moves.shape)
-        return Mechanism(moves, task.friction * ~task.open, hold, open=task.open)
+        return Mechanism(moves, task.friction * ~task.open, open=task.open)
 
     @property
     def own_violation(self) -> float:

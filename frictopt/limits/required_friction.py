@@ -138,7 +138,7 @@ def _required(asked: _Asked, slip_bound: Any, bar: Bar) -> RequiredFriction:
         if not asked.proven(0.0, True):
             raise SolverError(f"required friction: {_LEAST_FRICTION:.0e} is enough and 0 is not; no shear load of that size matters, take it as 0")
         enough = too_little = asked.safe(0.0)
-        mechanism, bound = enough._motion.scaled(0.0).table(system, cycle.corner_names), np.nan
+        mechanism, bound = enough._motion.table(system, cycle.corner_names)[:0], np.nan
         why = f"none is needed: a residual slip{within} takes all shear off every node at every corner"
     else:
         while not (asked.proven(root * (1 + step), True) and asked.proven(root * (1 - step), False)):

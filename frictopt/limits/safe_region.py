@@ -144,7 +144,7 @@ class _Search:
         self._reached += [(reach * first, reach * second)] * bool(np.isfinite(limit.load_factor))
         units = [replace(unit, open=limit.open) for unit in self._unit]
         motion = self._ruled(limit._motion, units)
-        drives = [motion.work(unit)[1] for unit in units]
+        drives = [motion.drive(unit) for unit in units]
         return _Point(reach * np.array([first, second]), limit, np.array(drives), float(bound), motion)
 
     def kept(self, _: object) -> tuple[str, object, str] | None:
