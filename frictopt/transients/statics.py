@@ -96,7 +96,7 @@ class Statics:
             if (size <= most_shear(self._system, f, p)).all():
                 return True
             nearest = p if pressed else np.where(size <= less * p, p, np.maximum(p + less * size, 0.0) / (1 + less**2))
-            bound = np.minimum(less * nearest, _WITHIN * self._system.shear_strength)
+            bound = _WITHIN * most_shear(self._system, f, nearest)
             r = np.vstack([q * np.minimum(1.0, bound / np.where(size > 0, size, 1.0)), nearest])
             r = r + (V @ (V.T @ (load - r.ravel()))).reshape(r.shape)
         return False

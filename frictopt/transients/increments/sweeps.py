@@ -96,9 +96,9 @@ def _sweep_moving(S, f, strength, own, u, r):
 def increment(S, f, strength, own, size, u, r, forces, status):
     """One increment by sweeps over all nodes, then over those that move, in turn until the state obeys the law.
 
-    See `sweep`, which takes `size` for its `own`: own is of the law: by it nodes stick, slip or open. `forces` (M,) and `status` (N,) take
-    the reactions with slipping nodes exactly on their bound and open ones without any, and the statuses. Returns the largest violation of the contact
-    law, as `off_law` has it; inf where a number is not finite.
+    See `sweep`, which takes `size` for its `own`; `own` here is that of the law. `forces` (M,) and `status` (N,) take the reactions with slipping
+    nodes exactly on their bound and open ones without any, and the statuses. Returns the largest violation of the contact law, as `off_law` has it;
+    inf where a number is not finite.
     """
     still, off = reactions(S, r, -u), np.inf
     for _ in range(_ROUNDS):

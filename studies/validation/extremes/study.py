@@ -32,11 +32,11 @@ def at_the_edge(sizes: Sizes) -> pd.DataFrame:
 
 def asked(sizes: Sizes) -> list[Probe]:
     """The questions of the study: of each extreme those about every so many values, and about the last one."""
-    found, values = list(probes(sizes)), dict[str, list[str]]()
+    found, values = list(probes(sizes)), dict[str, dict[str, None]]()
     for probe in found:
-        if probe.value not in (of := values.setdefault(probe.extreme, [])):
-            of.append(probe.value)
-    return [probe for probe in found if probe.value in [*(of := values[probe.extreme])[:: sizes.every], of[-1]]]
+        values.setdefault(probe.extreme, {})[probe.value] = None  # each once, in their order
+    kept = {extreme: {*[*each][:: sizes.every], [*each][-1]} for extreme, each in values.items()}
+    return [probe for probe in found if probe.value in kept[probe.extreme]]
 
 
 def judged(probe: Probe) -> dict[str, Any]:
