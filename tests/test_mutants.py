@@ -19,7 +19,7 @@ def test_a_fault_can_be_planted_and_has_tests(fault):
     assert mutants.place(fault, ROOT).read_text().count(fault.old) == 1 and fault.old != fault.new
     for glob, _, test in (name.partition("::") for name in fault.tests.split()):
         files = list((ROOT / "tests").glob(f"test_{glob}.py"))
-        assert files and all(f"def {test}" in path.read_text() for path in files)
+        assert files and all(not test or f"def {test}(" in path.read_text() for path in files)
 
 
 def test_every_room_has_faults():
