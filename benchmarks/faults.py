@@ -443,6 +443,8 @@ FAULTS = (
     Fault("limits/safe_model.py", "own rows on corners that are left out", "every=more, ", "every=False, ", "own_constraints"),
     Fault("limits/safe_model.py", "own rows on the slip of open nodes", "if more and task.give is not None:", "if False:", "open_nodes_own"),
     Fault("limits/safe_model.py", "threads set friction at the same time", "with self._turn:", "if True:", "models_in_threads"),
+    Fault("transients/statics.py", "soft bodies are free", "root = np.sqrt(own)", "root = np.ones(len(S))",
+          "sliding::test_a_soft_body_beside_a_stiff_one_is_not_taken_for_a_free_one"),
     Fault("limits/question.py", "loads of open nodes are lost", "else (r - (r @ self.give) @ self.system.S) *", "else r *", "open_nodes patterns"),
     Fault("limits/question.py", "stiffness of open nodes counts", " - across.T @ (self.give[np.ix_(out, out)] @ across)", "", "open_nodes"),
     Fault("limits/question.py", "open nodes follow the other way", "u, r = u - follow,", "u, r = u + follow,", "open_nodes"),

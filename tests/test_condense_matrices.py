@@ -54,7 +54,7 @@ def test_any_numbering_direction_and_projection_against_multipliers(seed, kind, 
     for name, r in {"a": R[:, 0] + fit @ np.full(n, 0.5), "b": R[:, 1], "fit": fit @ gap}.items():
         assert np.allclose(joined(*system.bonded[name]), r, rtol=0, atol=1e-9 * max(1.0, np.abs(r).max()))
     assert np.allclose(system.normals, turn[:, -1]) and np.array_equal(system.points, points[one])
-    assert rigid_motions(system.S).shape[1] == (0 if held else d * (d + 1) // 2)
+    assert rigid_motions(system.S, system.own_stiffness).shape[1] == (0 if held else d * (d + 1) // 2)
     if d == 2:
         assert np.allclose(system.frames[:, 0], [turn[1, 1], -turn[0, 1]])
         assert np.allclose(system.width, np.array([1, 2, 2, 1]) / 3) and np.allclose(system.x, np.linspace(-1, 1, 4))

@@ -289,7 +289,7 @@ def test_a_solver_that_denies_the_answer_is_not_believed(monkeypatch, said):
 
 def test_a_stiffness_that_resists_the_motion_is_no_proof(monkeypatch):
     """A motion that strains the bodies, taken for a rigid one."""
-    monkeypatch.setattr(import_module("frictopt.limits.gross_slip"), "rigid_motions", lambda S: np.eye(len(S))[:, [0, len(S) // 2]])
+    monkeypatch.setattr(import_module("frictopt.limits.gross_slip"), "rigid_motions", lambda S, own: np.eye(len(S))[:, [0, len(S) // 2]])
     with pytest.raises(fo.SolverError):
         fo.gross_slip(PUNCH, CYCLE, 0.4)
 

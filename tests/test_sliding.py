@@ -35,6 +35,9 @@ def test_a_punch_held_by_friction_alone_says_which_way_it_slides():
         fo.march(system, fo.LoadCycle({"P": 1.0}, [{"P": -1.5}]), 0.3, 1.0)
 
 
+MOTIONS = [[0, 1, 2, 3, 4, 5], [0, 1, 2], [0, 2], [2], [0, 1, 5], [0, 1, 2, 5]]
+
+
 def contact(rng, motions):
     """A random contact with rough faces whose body 1 has some of the six rigid motions, and loads that press and shear it."""
     n = int(rng.integers(3, 8))
@@ -50,6 +53,21 @@ def contact(rng, motions):
     return fo.ContactSystem(off @ (root @ root.T + np.eye(3 * n)) @ off, points, bonded, frames=frames), rigid
 
 
+@pytest.mark.parametrize("softer", [1e-6, 1e-13, 1e-18])
+def test_a_soft_body_beside_a_stiff_one_is_not_taken_for_a_free_one(softer):
+    """Of two contacts with nothing in common, one is on its supports and softer."""
+    rng = np.random.default_rng(5)
+    free, rigid = contact(rng, MOTIONS[1])
+    n, held = free.nodes, np.eye(6) + 0.1
+    both = np.zeros((3, n + 2, 3, n + 2))
+    both[:, :n, :, :n], both[:, n:, :, n:] = free.S.reshape(3, n, 3, n), softer * held.reshape(3, 2, 3, 2)
+    points, frames = np.vstack([free.points, [[5, 0, 0], [6, 0, 0]]]), np.concatenate([free.frames, [np.eye(3)] * 2])
+    system = fo.ContactSystem(both.reshape(3 * n + 6, -1), points, {"P": np.ones(3 * n + 6)}, frames=frames)
+    found = rigid_motions(system.S, system.own_stiffness).reshape(3, n + 2, -1)
+    assert found.shape[2] == rigid.shape[1] and np.abs(found[:, n:]).max() < 1e-12
+    assert np.abs(found[:, :n].reshape(3 * n, -1) - rigid @ (np.linalg.pinv(rigid) @ found[:, :n].reshape(3 * n, -1))).max() < 1e-9
+
+
 def balance(system, rigid, friction, load):
     """Status of the cone program for the smallest contact forces that balance a load in the rigid motions."""
     q, p = cp.Variable((system.nodes, 2)), cp.Variable(system.nodes, nonneg=True)
@@ -59,15 +77,12 @@ def balance(system, rigid, friction, load):
     return problem.status
 
 
-MOTIONS = [[0, 1, 2, 3, 4, 5], [0, 1, 2], [0, 2], [2], [0, 1, 5], [0, 1, 2, 5]]
-
-
 @pytest.mark.filterwarnings("ignore:Solution may be inaccurate")
 @pytest.mark.parametrize("seed", few(range(30)))
 def test_a_load_is_named_where_no_forces_balance_it_and_only_there(seed):
     rng = np.random.default_rng(seed)
     system, rigid = contact(rng, MOTIONS[seed % len(MOTIONS)])
-    found = rigid_motions(system.S)
+    found = rigid_motions(system.S, system.own_stiffness)
     assert np.abs(found - rigid @ (np.linalg.pinv(rigid) @ found)).max() < 1e-9
     assert np.abs(found.T @ found - np.eye(rigid.shape[1])).max() < 1e-9
     friction = rng.uniform(0.1, 0.6, system.nodes)

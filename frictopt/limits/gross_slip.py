@@ -84,7 +84,7 @@ def _of_corners(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts
     if contacts is not None:
         names, among = _checked(system, contacts)
         task, only = replace(task, friction=frozen(task.friction * among)), f"with friction at {', '.join(names)} alone, "
-    N, bounds = rigid_motions(system.S), "friction" + " and the strength of the surface" * system.capped
+    N, bounds = rigid_motions(system.S, system.own_stiffness), "friction" + " and the strength of the surface" * system.capped
     r1 = reactions(system, cycle.corners)  # without gaps, which do no work in rigid motions
     r0 = np.broadcast_to(reactions(system, cycle.unscaled), r1.shape)
     corners = outer_corners(cycle) if N.size else []

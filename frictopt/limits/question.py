@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 
 from ..contact import (
     CONDENSATION,
-    ROUNDING,
     Array,
     Booleans,
     ContactSystem,
@@ -80,11 +79,8 @@ class Question:
         out = np.tile(self.open, self.system.tangents + 1)
         closed, across = np.flatnonzero(~out), S[np.ix_(out, ~out)]
         left = S[np.ix_(~out, ~out)] - across.T @ (self.give[np.ix_(out, out)] @ across)
-        left = (left + left.T) / 2
-        values, vectors = np.linalg.eigh(left)  # all of them: the search for the small ones alone fails where several are zero
-        values = np.where(values <= ROUNDING / 10 * np.abs(S).max(), values, 0.0)
         every = np.zeros_like(S)
-        every[np.ix_(closed, closed)] = left - (vectors * values) @ vectors.T  # what nothing resists any more is left as rounding of both signs
+        every[np.ix_(closed, closed)] = (left + left.T) / 2
         return every
 
     @cached_property

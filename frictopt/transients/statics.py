@@ -26,15 +26,19 @@ class _Motion(NamedTuple):
     residual: float
 
 
-def rigid_motions(S: Array) -> Array:
-    """(M, k) relative motions that strain nothing, an orthonormal basis: the slides, turns and lifts of bodies that no support guides."""
+def rigid_motions(S: Array, own: Array) -> Array:
+    """(M, k) relative motions that strain nothing, an orthonormal basis: the slides, turns and lifts of bodies that no support guides.
+
+    `own` (M,) are the sizes of S at its nodes (`own_stiffness`), so that a soft body beside a stiff one is not taken for a free one.
+    """
     from scipy.linalg import solve_triangular  # here, for loads that the closed contact bears need no motions
     from scipy.linalg.lapack import dpstrf
 
-    factor, order, rank, _ = dpstrf(S, tol=RIGID * np.diag(S).max())  # where pivots are rounding, the others follow what is left
+    root = np.sqrt(own)
+    factor, order, rank, _ = dpstrf(S / np.outer(root, root), tol=RIGID)  # where pivots are rounding, the others follow what is left
     motions = np.eye(len(S), len(S) - rank, -rank)
     motions[:rank] = solve_triangular(factor[:rank, :rank], -factor[:rank, rank:])
-    return np.asarray(np.linalg.qr(motions[np.argsort(order)])[0])
+    return np.asarray(np.linalg.qr(motions[np.argsort(order)] / root[:, None])[0])
 
 
 class Statics:
@@ -55,7 +59,7 @@ class Statics:
 
     @cached_property
     def _motions(self) -> Array:
-        return rigid_motions(self._system.S)
+        return rigid_motions(self._system.S, self._system.own_stiffness)
 
     @cached_property
     def _slides(self) -> Array | None:
@@ -64,7 +68,7 @@ class Statics:
         size = np.sqrt(np.diag(S).clip(0.0))
         if (np.abs(S[-n:, :-n]) > ROUNDING * np.outer(size[-n:], size[:-n])).any():
             return None
-        slides = rigid_motions(S[:-n, :-n])
+        slides = rigid_motions(S[:-n, :-n], self._system.own_stiffness[:-n])
         return np.vstack([slides, np.zeros((n, slides.shape[1]))])
 
     def _shifts(self, V: Array) -> Array:

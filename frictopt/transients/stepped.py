@@ -75,7 +75,7 @@ class SteppedPath(Transient):
             try:
                 u, r, status = next(states)
             except (NoContinuation, SolverError) as error:
-                free = isinstance(error, SolverError) and rigid_motions(self.system.S).size
+                free = isinstance(error, SolverError) and rigid_motions(self.system.S, self.system.own_stiffness).size
                 hint = f" ({self.forces_there(self.state.r)})" if free else ""
                 raise type(error)(f"{where}, increment {step} of {len(loads)}: {error}{hint}") from error
             before = self.state

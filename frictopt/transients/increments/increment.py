@@ -179,7 +179,7 @@ class FrictionIncrement(ABC):
     @property
     def _remedy(self) -> str:
         """Why there may be no state, and what to change."""
-        if rigid_motions(self.system.S).size:
+        if rigid_motions(self.system.S, self.system.own_stiffness).size:
             return f"the body may slide or open as a whole, or friction is above the critical value there: {HOLD}"
         return "try smaller load steps, or less friction (above the critical friction there may be no state, or several)"
 
