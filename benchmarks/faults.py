@@ -472,8 +472,6 @@ FAULTS = (
           "own_constraints"),
     Fault("limits/shakedown_result.py", "the bound is below what it bounds", "bound = proof.bound + proof.defect",
           "bound = proof.bound - proof.defect", "shakedown limit_checks"),
-    Fault("limits/shakedown.py", "the bound is above what it bounds", "else proof.bound - proof.defect", "else proof.bound + proof.defect",
-          "least_load"),
     Fault("limits/shakedown.py", "every contact is safe under its mean load", "any(task.violation(0.0, slip) <= RESIDUAL", "any(True",
           "least_load"),
     Fault("limits/shakedown.py", "own rows leave small load factors safe", "slips = [] if own else [np", "slips = [np", "least_load"),

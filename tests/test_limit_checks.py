@@ -247,6 +247,38 @@ def test_why_there_is_no_limit_is_said_with_the_error_of_its_proof_or_not_at_all
             limit(none)
 
 
+def test_that_all_load_factors_are_safe_has_the_error_of_its_proof(monkeypatch):
+    proven = chain.Chain.growth
+    for error in (1e-10, 1e-3):
+        monkeypatch.setattr(chain.Chain, "growth", lambda self, error=error: proven(self)._replace(residual=error))
+        try:
+            limit = fo.shakedown_limit(single(), fo.LoadCycle({"P": 1.0}, [{"P": 1.0}]), 0.5)
+        except fo.SolverError:
+            assert error == 1e-3
+        else:
+            assert limit.kind is fo.LimitKind.UNBOUNDED and limit.residual == error == 1e-10
+
+
+@pytest.mark.parametrize("ask", [fo.shakedown_limit, fo.guaranteed_limit])
+def test_the_right_load_factor_at_a_slip_that_is_not_safe_is_no_answer(ask, monkeypatch):
+    """A node that nothing couples to the others, and that is far from its bounds, slips beyond them; values and multipliers are right."""
+    A, B, *loads = FIRST_PAIR
+    alone = np.eye(3)
+    alone[:2, :2] = A
+    pressed = [np.append(np.broadcast_to(part, 2), at_alone) for part, at_alone in zip(loads, (0.0, 5.0, 0.0, 0.0), strict=True)]
+    contact = system(alone, np.pad(B, ((0, 1), (0, 1))), *pressed)
+    right = ask(contact, CYCLE, 0.6)
+    assert right.load_factor == pytest.approx(ask(system(*FIRST_PAIR), CYCLE, 0.6).load_factor, rel=1e-8) and right.residual < 1e-9
+
+    def lie(compiled, z, multipliers):
+        if ("at_zero" in compiled.problem.param_dict) == (ask is fo.guaranteed_limit):
+            z[compiled.place(compiled.problem.var_dict["slip"]).start + 2] += 10.0
+
+    misread(monkeypatch, lie)
+    with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
+        ask(contact, CYCLE, 0.6)
+
+
 @pytest.mark.parametrize("sense", [-1, 1])
 def test_a_solver_that_finds_nothing_safe_is_believed_for_its_multipliers_alone(sense, monkeypatch):
     """A shear of 3 is above a friction bound of 0.5, and slip one way does work on it: but a residual slip takes it up, for stiffness resists."""

@@ -13,7 +13,7 @@ from liars import misread
 from oracle import Oracle
 from spatial import cycle as spatial_cycle
 from spatial import random_contact
-from systems import CYCLE, SEEDS, explained, linprog_limit, linprog_margin, mirrored, on_both_bounds, random_system
+from systems import CYCLE, NODE, SEEDS, explained, linprog_limit, linprog_margin, mirrored, on_both_bounds, random_system
 from test_slip_bound import freed
 
 BOTH = pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
@@ -449,3 +449,12 @@ def test_constraints_on_a_contact_that_nothing_presses_say_that_nothing_is_safe(
     for own in (model.load_factor >= 1, model.slip[0, 0] >= 0.1):  # nor at load factor 0: an answer, as in the plane
         limit = model.solve(0.4, [own])
         assert limit.kind is fo.LimitKind.NO_SAFE_SLIP and "obeys constraints[0]: drop or relax" in limit.reason
+
+
+@pytest.mark.parametrize("simplify", [True, False])
+def test_own_rows_hold_at_a_corner_that_others_stand_for(simplify):
+    """One node at the loads -L, L and L / 2: |L| + |s| <= 1/2 for a slip s, and by hand L / 2 + s <= 1/10 takes 1/10 of it."""
+    model = fo.ShakedownModel(NODE, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}, {"Q": 0.5}]), simplify=simplify)
+    limit = model.solve(0.5, [model.q[2] <= 0.1])
+    assert (limit.load_factor, limit.slip[0]) == (pytest.approx(0.4, rel=1e-9), pytest.approx(-0.1, rel=1e-9))
+    assert model.solve(0.5).load_factor == pytest.approx(0.5, rel=1e-9)

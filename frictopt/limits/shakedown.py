@@ -248,11 +248,10 @@ def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:
 def judged(program: Program, chosen: bool = False, above: float = -np.inf) -> ShakedownLimit:
     """The limit in a program, judged by the referee and its multipliers; `chosen` by an objective; SolverError if it is proven not `above`."""
     task, load_factor, slip, proof = program.task, program.load_factor, program.slip, program.chain.proof
-    upward = isinstance(program.problem.objective, cp.Maximize)
-    bound = upper_bound(proof, above) if upward else proof.bound - proof.defect
     residual = float(np.nan_to_num(np.max([task.violation(load_factor, slip), proof.gap, program.own_violation]), nan=np.inf))
     names = (*program.own, "objective") if chosen else tuple(program.own)
-    limit = ShakedownLimit(load_factor, slip, SolveRecord(residual=residual), task, program.motion, LimitKind.FINITE, bound, constraints=names)
+    record, bound = SolveRecord(residual=residual), upper_bound(proof, above)
+    limit = ShakedownLimit(load_factor, slip, record, task, program.motion, LimitKind.FINITE, bound, constraints=names)
     why = "no safe residual slip makes the objective larger; the load factor is the one that it chooses, no limit"
     return replace(limit, _why=why, objective=proof.value) if chosen else limit
 
