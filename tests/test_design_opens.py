@@ -80,6 +80,17 @@ def test_a_bolt_that_is_too_weak_to_close_a_node_leaves_it_open():
     assert design.reason.startswith("with 1 of 3 nodes open: no design that the constraints admit is better")
 
 
+def test_the_gap_that_a_bolt_leaves_to_an_open_node_bounds_the_design():
+    """By hand: node 0 is open by 1 - b / 2 - L / 2 at the first corner, and the others carry (1 + b / 5) / 2, which is most at b = 15 / 11."""
+    none = np.zeros(3)
+    loads = {"P": (none, [-1.0, 1.0, 1.0]), "bolt": (none, [0.5, 0.2, 0.2]), "N": (none, [0.5, 0.0, 0.0]), "Q": ([1.0, 1.0, 1.0], none)}
+    contact = fo.ContactSystem.from_blocks(np.eye(3), np.zeros((3, 3)), np.eye(3), [0.0, 1.0, 2.0], loads)
+    model = fo.DesignModel(contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0, "N": 1.0}, {"Q": -1.0}]), preloads=["bolt"])
+    design = model.solve(0.5, [model.preload >= 0, model.preload <= 1.5])
+    assert design.open.tolist() == [True, False, False]
+    assert (design.load_factor, design.preload["bolt"]) == (pytest.approx(7 / 11, rel=1e-9), pytest.approx(15 / 11, rel=1e-9))
+
+
 def test_scenarios_have_open_nodes_of_their_own():
     """In the second one half of the bolt acts, which leaves node 0 open; the other two carry 0.5 (1 + 0.5 b), in the first one 0.5 (1 + b)."""
     none = np.zeros(3)
