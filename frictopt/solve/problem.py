@@ -88,7 +88,7 @@ class Explained(Recorded):
         return "\n".join(lines)
 
 
-def called(row: cp.Constraint) -> str:
+def label_of(row: cp.Constraint) -> str:
     """The label of a row, or the side of it that is no constant."""
     return str(row.label or next((side for side in row.args if not side.is_constant()), row.args[0]))
 
@@ -113,7 +113,7 @@ def put_back(values: Mapping[cp.Variable, Any]) -> None:
 def duals(problem: cp.Problem) -> Duals:
     """The multipliers that stand in the rows of a problem, by the names of the rows."""
     rows = [(row, dual_of(row)) for row in problem.constraints]
-    return tuple((called(row), np.atleast_1d(np.array(dual, dtype=float))) for row, dual in rows if dual is not None)
+    return tuple((label_of(row), np.atleast_1d(np.array(dual, dtype=float))) for row, dual in rows if dual is not None)
 
 
 def _problem_lines(problem: cp.Problem, value: float | None) -> list[str]:
@@ -134,7 +134,7 @@ def _problem_lines(problem: cp.Problem, value: float | None) -> list[str]:
         cone = isinstance(row, cp.SOC)
         curvature = "second-order cone" if cone else row.expr.curvature.lower()
         size = _size(row.args[0].shape if cone else row.shape)
-        lines.append(f"    {called(row):<24} {size}, {curvature}{_binding(row) if solved else ''}")
+        lines.append(f"    {label_of(row):<24} {size}, {curvature}{_binding(row) if solved else ''}")
     return lines
 
 
