@@ -581,7 +581,6 @@ FAULTS = (
     Fault("limits/models.py", "events in no order", "(one <= other).set_label(f\"way[{m}]\")", "(one <= other + 1e6).set_label(f\"way[{m}]\")",
           "lift_off"),
     Fault("limits/patterns.py", "all nodes open at once or none", "_together_and_alone(opening[1])", "[opening[1]]", "lift_off"),
-    Fault("limits/patterns.py", "events stay in their order", "if meets[-1]:", "if False:", "lift_off"),
     Fault("limits/open_nodes.py", "loads between the corners do not count", "sum(map(times, shares, parts), start=cp.Constant(0))",
           "times(shares[0], parts[0])", "stays_closed"),
     Fault("limits/open_nodes.py", "the first node stands for all", "node.value = np.eye(1, task.system.nodes, index)[0]",

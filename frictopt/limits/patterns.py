@@ -186,24 +186,6 @@ def _pivots(best: ShakedownLimit, order: Order) -> Iterator[Order]:
         yield Order(start, (*events, Nodes({node})))
     for node in sorted(_nodes(shut[0] & ruling[0]) & sets[0]):
         yield Order(start - {node}, (Nodes({node}), *events))
-    if isinstance(task, LiftOff):
-        yield from _otherwise(order, np.diff(task.way) <= TOUCHES)
-
-
-def _otherwise(order: Order, meets: Booleans) -> Iterator[Order]:
-    """The same events in another order where they meet, each other or a corner, and with nodes apart that open or close together."""
-    start, events = order
-    for m in np.flatnonzero(meets[1:-1]).tolist():
-        yield Order(start, (*events[:m], events[m + 1], events[m], *events[m + 2 :]))
-        yield Order(start, (*events[:m], *filter(None, [events[m] ^ events[m + 1]]), *events[m + 2 :]))
-    if meets[0]:
-        yield Order(start ^ events[0], events[1:])
-    if meets[-1]:
-        yield Order(start, events[:-1])
-    for m, event in enumerate(events):
-        for node in sorted(event) if len(event) > 1 else ():
-            for parts in ((event - {node}, Nodes({node})), (Nodes({node}), event - {node})):
-                yield Order(start, (*events[:m], *parts, *events[m + 1 :]))
 
 
 def _together_and_alone(nodes: Nodes) -> list[Nodes]:
