@@ -36,7 +36,7 @@ class RequiredFriction(Answered):
     required
         Coefficient of friction with which `slip` is safe; 0 if none is needed, inf if none is enough.
     bound
-        Coefficient of friction with which no slip is safe, all nodes closed or those open that the search then finds, less than 1e-5 below
+        Coefficient of friction with which no slip is safe, all nodes closed or those open that `required` has, less than 1e-5 below
         `required`, relatively; nan where none is needed. Where nodes open and close in each cycle (`events`), others may need less.
     slip
         (N,) or (N, 2) a residual slip that is safe with `required`, length; NaN where none is enough. See `largest_slip`.
@@ -71,9 +71,10 @@ def required_friction(
     A slip that is safe with friction f, also with f = 0, presses every node at every corner, and stays safe with more friction, as the bounds f p
     only grow. So there is one coefficient above which a slip is safe and below which none is: the root of the margin of `safe_slip`. It is finite if
     some slip presses every node at every corner; else no friction is enough. More load may need less friction, where the mean load alone is not safe
-    and the corners press: the load factors that are safe with one friction are an interval, see `ShakedownLimit.least`. Where nodes stay open, the
-    best pattern counts that the search of `shakedown_limit` finds: a slip is proven safe with its nodes open at the answer, and none with those of
-    the pattern just below it. Theory, eq. (16).
+    and the corners press: the load factors that are safe with one friction are an interval, see `ShakedownLimit.least`. Where nodes stay open, a
+    pattern that the search of `shakedown_limit` finds is followed to its least friction, then one that the search finds just below, if any. A slip is
+    proven safe with its nodes open at the answer, and none just below, nor with those that the search finds there. With the friction of the answer
+    the search of a limit may miss these nodes: give them as `open`. Theory, eq. (16).
 
     Ctrl-C stays a KeyboardInterrupt with an attribute `table`, the frictions tried by then.
 
@@ -133,8 +134,8 @@ def _required(asked: _Asked, slip_bound: Any, bar: Bar) -> RequiredFriction:
             f"pressure of {pressed.least:.1e} force scales at one node; press nodes of little pressure, or leave them out"
         )
     root, step = 0.0 if none_needed else asked.root(most), _PROVEN_FRICTION
-    while root >= _LEAST_FRICTION and asked.jumps(root * (1 - step)):
-        root = asked.root(root * (1 - step))
+    while root >= _LEAST_FRICTION and asked.proven(root * (1 - step), True) and (asked.safe(root * (1 - step)).open != asked.opened).any():
+        root = asked.root(root * (1 - step))  # with these nodes open still less may be enough
     if root < _LEAST_FRICTION:
         if not asked.proven(0.0, True):
             raise SolverError(f"required friction: {_LEAST_FRICTION:.0e} is enough and 0 is not; no shear load of that size matters, take it as 0")
@@ -142,7 +143,8 @@ def _required(asked: _Asked, slip_bound: Any, bar: Bar) -> RequiredFriction:
         mechanism, bound = enough._motion.table(system, cycle.corner_names)[:0], np.nan
         why = f"none is needed: a residual slip{within} takes all shear off every node at every corner"
     else:
-        while not (asked.proven(root * (1 + step), True, asked.opened) and asked.proven(root * (1 - step), False)):
+        sides = (1, asked.opened), (-1, asked.opened), (-1, None)  # and no search finds others
+        while not all(asked.proven(root * (1 + side * step), side > 0, opened) for side, opened in sides):
             step *= 4
             if step > _WIDEST_PROOF:
                 less, more = asked.between
@@ -152,7 +154,7 @@ def _required(asked: _Asked, slip_bound: Any, bar: Bar) -> RequiredFriction:
                     f"rounding leaves it open what is enough between them; give a {smaller}slip_bound if that slip is more than assembly can leave, "
                     "or check for reactions of very different sizes"
                 )
-        enough, too_little, bound = asked.safe(root * (1 + step), asked.opened), asked.safe(root * (1 - step)), root * (1 - step)
+        (enough, too_little), bound = (asked.safe(root * (1 + side * step), opened) for side, opened in sides[:2]), root * (1 - step)
         mechanism = too_little._motion.table(system, cycle.corner_names)
         opened = int(too_little.open.sum())
         closed = f", {opened} nodes open and the others closed" if opened else ", all nodes closed"
@@ -167,11 +169,9 @@ def _required(asked: _Asked, slip_bound: Any, bar: Bar) -> RequiredFriction:
 class _Asked:
     """Safe slips of one load factor, by friction and open nodes; each is solved for once."""
 
-    opened: Booleans  # at the last root
-
     def __init__(self, model: SafeSlipModel, load_factor: float, events: bool) -> None:
         self.model, self.load_factor, self._events = model, load_factor, events
-        self.found: dict[tuple[float, bytes], SafeSlip] = {}
+        self.opened, self.found = np.zeros(0, dtype=bool), dict[tuple[float, bytes], SafeSlip]()  # open nodes at the last root, and all that is found
         self.tell: Callable[[], object] = lambda: None
 
     def safe(self, friction: float, opened: Booleans | None = None) -> SafeSlip:
@@ -198,9 +198,8 @@ class _Asked:
 
     def kept(self, _: object) -> tuple[str, object, str] | None:
         """What an interrupt keeps."""
-        found = [(f, safe.exists, safe.margin) for (f, _), safe in sorted(self.found.items())]
-        table = pd.DataFrame(found, columns=["friction", "safe", "margin"])
-        return ("table", table, f"{self.told()}; the frictions tried are in the attribute `table`") if found else None
+        table = pd.DataFrame([(f, safe.exists, safe.margin) for (f, _), safe in sorted(self.found.items())], columns=["friction", "safe", "margin"])
+        return ("table", table, f"{self.told()}; the frictions tried are in the attribute `table`") if len(table) else None
 
     def root(self, most: float) -> float:
         """The friction at which the margin vanishes with the open nodes of one that is enough; less than the least friction where it does not.
@@ -222,10 +221,6 @@ class _Asked:
             except SolverError:  # within rounding of the root, or of a critical friction above which slips without end are safe: the proof decides
                 break
         return friction
-
-    def jumps(self, less: float) -> bool:
-        """Whether less than the root is enough with other nodes open: then still less may be."""
-        return self.proven(less, True) and bool((self.safe(less).open != self.opened).any())
 
     def proven(self, friction: float, exists: bool, opened: Booleans | None = None) -> bool:
         """Whether it is proven that a safe slip exists, or that none does."""

@@ -183,9 +183,7 @@ class SafeSlipModel(SafeModel):
         self.margin.save_value(np.array(safe.margin))
         return self._shown(safe)
 
-    def of_pattern(
-        self, task: Question, load_factor: float, own: Sequence[cp.Constraint] = (), events: bool = False, enough: float = np.inf
-    ) -> SafeSlip:
+    def of_pattern(self, task: Question, load_factor: float, own: Sequence[Row] = (), events: bool = False, enough: float = np.inf) -> SafeSlip:
         """The slip with all nodes closed; where none is safe, with those open of the best limit or the first that is `enough`, or events."""
         check_events(events, task, bool(own))
         load_factor = finite_number("load_factor", load_factor, least=0.0)

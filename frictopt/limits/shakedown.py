@@ -133,7 +133,7 @@ class ShakedownModel(SafeModel):
             tried.append(asked)
             return self.of_set(asked, above=above)
 
-        best = best_pattern(task, counted, self.of_set(task), at, enough)
+        best = best_pattern(counted, self.of_set(task), at, enough)
         if tried and tried[-1] is not best._task:  # its answer shall stand in its problem
             return replace(self.of_set(best._task), least=best.least)
         return best
