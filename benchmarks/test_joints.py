@@ -98,4 +98,4 @@ def test_required_friction_in_limits(made, record_property):
     system, (cycle, friction), limits = made("fir tree"), asked("fir tree"), []
     rival = seconds(lambda: limits.append(fo.shakedown_limit(system, cycle, friction)))
     ours = seconds(lambda: fo.required_friction(system, cycle, 0.5 * limits[0].load_factor))
-    assert ratio(ours, rival, record_property) < 8.0
+    assert ratio(ours, rival, record_property) < 3.0

@@ -29,13 +29,14 @@ _WORK = 20_000  # programs, times their slips, in which the order of openings is
 _MOVES = 1e-6  # part of the largest motion from which on a node at an end of the way may open or close there
 
 
-def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLimit], closed: ShakedownLimit, at: float = np.inf) -> ShakedownLimit:
+def best_pattern(of_set: Callable[[Question, float], ShakedownLimit], closed: ShakedownLimit, at: float, enough: float) -> ShakedownLimit:
     """The best limit that the search finds; `of_set` asks for the one of a question with given open nodes, which counts above a load factor.
 
     `closed` is the one with all nodes closed, the answer if it is safe from the mean load on and no node that governs it wants to open. Sets that are
-    safe only above `at`, or above the end of the best one, do not count. Under a static load nodes stay: sets would go on until the body slides off.
+    safe only above `at`, or above the end of the best one, do not count; the first limit not below `enough` ends the search. Under a static load
+    nodes stay: sets would go on until the body slides off.
     """
-    best, tried, turns = closed, {closed.open.tobytes()}, len(task.cycle.corners) > 1
+    task, best, tried, turns = closed._task, closed, {closed.open.tobytes()}, len(closed.cycle.corners) > 1
 
     def counts(limit: ShakedownLimit) -> bool:
         return not (np.isnan(limit.load_factor) or limit.least > at)
@@ -58,7 +59,7 @@ def best_pattern(task: Question, of_set: Callable[[Question, float], ShakedownLi
         return False
 
     def climb() -> None:
-        while turns and counts(best) and np.isfinite(best.load_factor) and any(gains(opened) for opened in _next_to(best)):
+        while turns and counts(best) and best.load_factor < enough and any(gains(opened) for opened in _next_to(best)):
             pass
 
     with _search("open nodes", lambda: best) as bar:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
@@ -11,7 +11,8 @@ import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact import RESIDUAL, Bar, ContactSystem, LoadCycle, SolveRecord, bar_of, finite_number, frozen, place
+from ..contact import RESIDUAL, Bar, Booleans, ContactSystem, LoadCycle, SolveRecord, bar_of, finite_number, frozen, place
+from ..contact.checks import flag
 from ..errors import SolverError
 from .answered import Answered, Mechanism
 from .models import most_pressed, unknowns
@@ -35,7 +36,7 @@ class RequiredFriction(Answered):
     required
         Coefficient of friction with which `slip` is safe; 0 if none is needed, inf if none is enough.
     bound
-        Coefficient of friction with which no slip is safe, all nodes closed or those open that the search then finds, less than 1e-5 below
+        Coefficient of friction with which no slip is safe, all nodes closed or those open that `required` has, less than 1e-5 below
         `required`, relatively; nan where none is needed. Where nodes open and close in each cycle (`events`), others may need less.
     slip
         (N,) or (N, 2) a residual slip that is safe with `required`, length; NaN where none is enough. See `largest_slip`.
@@ -70,9 +71,10 @@ def required_friction(
     A slip that is safe with friction f, also with f = 0, presses every node at every corner, and stays safe with more friction, as the bounds f p
     only grow. So there is one coefficient above which a slip is safe and below which none is: the root of the margin of `safe_slip`. It is finite if
     some slip presses every node at every corner; else no friction is enough. More load may need less friction, where the mean load alone is not safe
-    and the corners press: the load factors that are safe with one friction are an interval, see `ShakedownLimit.least`. Where nodes stay open, the
-    best pattern counts that the search of `shakedown_limit` finds: a slip is proven safe with its nodes open at the answer, and none with those of
-    the pattern just below it. Theory, eq. (16).
+    and the corners press: the load factors that are safe with one friction are an interval, see `ShakedownLimit.least`. Where nodes stay open, a
+    pattern that the search of `shakedown_limit` finds is followed to its least friction, then one that the search finds just below, if any. A slip is
+    proven safe with its nodes open at the answer, and none just below, nor with those that the search finds there. With the friction of the answer
+    the search of a limit may miss these nodes: give them as `open`. Theory, eq. (16).
 
     Ctrl-C stays a KeyboardInterrupt with an attribute `table`, the frictions tried by then.
 
@@ -102,7 +104,7 @@ def required_friction(
     (1.0, True)
     """
     load_factor = finite_number("load_factor", load_factor, least=0.0)
-    asked = _Asked(SafeSlipModel(system, cycle, slip_bound=slip_bound), load_factor, events)
+    asked = _Asked(SafeSlipModel(system, cycle, slip_bound=slip_bound), load_factor, flag("events", events))
     with bar_of(progress, "required friction", "program", best=asked.told, keeps=asked.kept) as bar:
         return _required(asked, slip_bound, bar)
 
@@ -116,7 +118,7 @@ def _required(asked: _Asked, slip_bound: Any, bar: Bar) -> RequiredFriction:
     alike = np.ptp(held + sheared, axis=0).max() <= RESIDUAL * max(np.abs(held).max(), np.abs(sheared).max())
     none_needed = alike and asked.proven(0.0, True)  # else no slip takes the shear off at all corners
     if not (none_needed or asked.proven(most, True)):
-        most = asked.enough(_MORE_FRICTION)
+        most = next((friction for friction in _MORE_FRICTION if asked.proven(friction, True)), np.inf)
     if most == np.inf:
         pressed, record = best_pressed(system, cycle, load_factor, slip_bound)
         if pressed.impossible:
@@ -132,8 +134,8 @@ def _required(asked: _Asked, slip_bound: Any, bar: Bar) -> RequiredFriction:
             f"pressure of {pressed.least:.1e} force scales at one node; press nodes of little pressure, or leave them out"
         )
     root, step = 0.0 if none_needed else asked.root(most), _PROVEN_FRICTION
-    while root >= _LEAST_FRICTION and asked.jumps(root * (1 - step), root * (1 + step)):
-        root = asked.root(root * (1 - step))
+    while root >= _LEAST_FRICTION and asked.proven(root * (1 - step), True) and (asked.safe(root * (1 - step)).open != asked.opened).any():
+        root = asked.root(root * (1 - step))  # with these nodes open still less may be enough
     if root < _LEAST_FRICTION:
         if not asked.proven(0.0, True):
             raise SolverError(f"required friction: {_LEAST_FRICTION:.0e} is enough and 0 is not; no shear load of that size matters, take it as 0")
@@ -141,17 +143,18 @@ def _required(asked: _Asked, slip_bound: Any, bar: Bar) -> RequiredFriction:
         mechanism, bound = enough._motion.table(system, cycle.corner_names)[:0], np.nan
         why = f"none is needed: a residual slip{within} takes all shear off every node at every corner"
     else:
-        while not (asked.proven(root * (1 + step), True) and asked.proven(root * (1 - step), False)):
+        sides = (1, asked.opened), (-1, asked.opened), (-1, None)  # and no search finds others
+        while not all(asked.proven(root * (1 + side * step), side > 0, opened) for side, opened in sides):
             step *= 4
             if step > _WIDEST_PROOF:
-                less = max((f for f, safe in asked.found.items() if not safe.exists), default=0.0)
-                more = min(f for f, safe in asked.found.items() if safe.exists)
+                less, more = asked.between
+                slip = next(safe.largest_slip for (f, _), safe in asked.found.items() if f == more and safe.exists)
                 raise SolverError(
-                    f"required friction: no slip is safe with {less:g}, one of up to {asked.safe(more).largest_slip:.3g} is with {more:g}, and "
+                    f"required friction: no slip is safe with {less:g}, one of up to {slip:.3g} is with {more:g}, and "
                     f"rounding leaves it open what is enough between them; give a {smaller}slip_bound if that slip is more than assembly can leave, "
                     "or check for reactions of very different sizes"
                 )
-        enough, too_little, bound = asked.safe(root * (1 + step)), asked.safe(root * (1 - step)), root * (1 - step)
+        (enough, too_little), bound = (asked.safe(root * (1 + side * step), opened) for side, opened in sides[:2]), root * (1 - step)
         mechanism = too_little._motion.table(system, cycle.corner_names)
         opened = int(too_little.open.sum())
         closed = f", {opened} nodes open and the others closed" if opened else ", all nodes closed"
@@ -164,42 +167,48 @@ def _required(asked: _Asked, slip_bound: Any, bar: Bar) -> RequiredFriction:
 
 
 class _Asked:
-    """Safe slips of one load factor, by friction; each is solved for once."""
+    """Safe slips of one load factor, by friction and open nodes; each is solved for once."""
 
     def __init__(self, model: SafeSlipModel, load_factor: float, events: bool) -> None:
         self.model, self.load_factor, self._events = model, load_factor, events
-        self.found: dict[float, SafeSlip] = {}
+        self.opened, self.found = np.zeros(0, dtype=bool), dict[tuple[float, bytes], SafeSlip]()  # open nodes at the last root, and all that is found
         self.tell: Callable[[], object] = lambda: None
 
-    def safe(self, friction: float) -> SafeSlip:
-        """The slip that stays furthest inside the friction bounds."""
-        if friction not in self.found:
+    def safe(self, friction: float, opened: Booleans | None = None) -> SafeSlip:
+        """The slip that stays furthest inside the friction bounds, with given nodes open or the first ones of a search with which it is safe."""
+        task, load_factor, opened = self.model._posed(friction), self.load_factor, None if self._events else opened
+        key = friction, b"" if opened is None else opened.tobytes()
+        if key not in self.found:
             self.tell()
-            self.found[friction] = self.model.solve(friction, self.load_factor, events=self._events)
-        return self.found[friction]
+            if opened is None:
+                self.found[key] = self.model.of_pattern(task, load_factor, events=self._events, enough=load_factor)
+            else:
+                self.found[key] = self.model._safe(replace(task, open=opened), load_factor)
+        return self.found[key]
+
+    @property
+    def between(self) -> tuple[float, float]:
+        """Between which frictions it is."""
+        more = min((f for (f, _), safe in self.found.items() if safe.exists), default=np.inf)
+        return max((f for (f, _), safe in self.found.items() if not safe.exists and f < more), default=0.0), more
 
     def told(self) -> str:
-        """Between which frictions it is."""
-        found = list(self.found.items())
-        less, more = max((f for f, safe in found if not safe.exists), default=0.0), min((f for f, safe in found if safe.exists), default=np.inf)
-        return f"between {less:.4g} and {more:.4g} so far" if found else ""
+        """The same in words."""
+        return "between {:.4g} and {:.4g} so far".format(*self.between) if self.found else ""
 
     def kept(self, _: object) -> tuple[str, object, str] | None:
         """What an interrupt keeps."""
-        table = pd.DataFrame([(f, safe.exists, safe.margin) for f, safe in sorted(self.found.items())], columns=["friction", "safe", "margin"])
+        table = pd.DataFrame([(f, safe.exists, safe.margin) for (f, _), safe in sorted(self.found.items())], columns=["friction", "safe", "margin"])
         return ("table", table, f"{self.told()}; the frictions tried are in the attribute `table`") if len(table) else None
 
     def root(self, most: float) -> float:
-        """The friction at which the margin vanishes, below one that is enough; less than the least friction where it does not.
+        """The friction at which the margin vanishes with the open nodes of one that is enough; less than the least friction where it does not.
 
         By Newton's method, the reserve `f p - |q|` growing by the sum of p weighted by its multipliers; else, or if steps are not halved, bisection.
         """
-        friction, least, before = most, 0.0, np.inf
+        friction, least, before, safe = most, 0.0, np.inf, self.safe(most)
+        self.opened = safe.open
         while friction >= _LEAST_FRICTION:
-            try:
-                safe = self.safe(friction)
-            except SolverError:  # within rounding of the root, or of a critical friction above which slips without end are safe: the proof decides
-                break
             least, most = (least, friction) if safe.margin >= 0 else (friction, most)
             step = -safe.margin / safe.friction_rate if safe.friction_rate > 0 else np.inf
             if abs(step) <= RESIDUAL * friction or most - least <= _PROVEN_FRICTION * friction:  # within the share that the proof leaves
@@ -207,20 +216,16 @@ class _Asked:
             if not (max(least, _LEAST_FRICTION) < friction + step < most and abs(step) < before / 2):
                 step = (least + most) / 2 - friction
             friction, before = friction + step, abs(step)
+            try:
+                safe = self.safe(friction, self.opened)
+            except SolverError:  # within rounding of the root, or of a critical friction above which slips without end are safe: the proof decides
+                break
         return friction
 
-    def jumps(self, less: float, more: float) -> bool:
-        """Whether both are enough, each with other nodes open: then less may be, too."""
-        return self.proven(less, True) and self.proven(more, True) and bool((self.safe(less).open != self.safe(more).open).any())
-
-    def enough(self, frictions: Sequence[float]) -> float:
-        """The first of these frictions with which a safe slip is proven; inf if none is."""
-        return next((friction for friction in frictions if self.proven(friction, True)), np.inf)
-
-    def proven(self, friction: float, exists: bool) -> bool:
+    def proven(self, friction: float, exists: bool, opened: Booleans | None = None) -> bool:
         """Whether it is proven that a safe slip exists, or that none does."""
         try:
-            return self.safe(friction).exists is exists
+            return self.safe(friction, opened).exists is exists
         except SolverError:
             return False
 

@@ -132,7 +132,7 @@ class SafeSlipModel(SafeModel):
     ) -> None:
         super().__init__(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
         self._shakedown = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
-        self._last: tuple[tuple[bytes, float], ShakedownLimit] | None = None  # friction and load factor, and the limit then
+        self._last: tuple[tuple[bytes, float, float], ShakedownLimit] | None = None  # what was asked last, and the limit then
         self.margin = cp.Variable(name="margin")
         self._spare, self._apart = cp.Parameter(system.nodes, nonneg=True, name="mean_bound"), cp.Parameter(nonneg=True, name="clearance")
 
@@ -183,8 +183,8 @@ class SafeSlipModel(SafeModel):
         self.margin.save_value(np.array(safe.margin))
         return self._shown(safe)
 
-    def of_pattern(self, task: Question, load_factor: float, own: Sequence[cp.Constraint] = (), events: bool = False) -> SafeSlip:
-        """The slip with all nodes closed; where none is safe then, that with the nodes open that the shakedown limit leaves open, or its events."""
+    def of_pattern(self, task: Question, load_factor: float, own: Sequence[Row] = (), events: bool = False, enough: float = np.inf) -> SafeSlip:
+        """The slip with all nodes closed; where none is safe, with those open of the best limit or the first that is `enough`, or events."""
         check_events(events, task, bool(own))
         load_factor = finite_number("load_factor", load_factor, least=0.0)
         largest = load_factor / task.force * float(np.abs(task.r1).max())
@@ -199,7 +199,7 @@ class SafeSlipModel(SafeModel):
         except SolverError:  # a slip that hardly anything resists, as a roll, can hide the margin, and not that none is safe
             safe = None
         if safe is None or not safe.exists:
-            limit = self._limit(task, load_factor)
+            limit = self._limit(task, load_factor, enough)
             if safe is None or limit.open.any():
                 rest = with_open(task, limit.open)
                 assert rest is not None  # it has a limit
@@ -210,11 +210,11 @@ class SafeSlipModel(SafeModel):
                     safe = self._in_order(limit._task, load_factor)
         return safe
 
-    def _limit(self, task: Question, load_factor: float) -> ShakedownLimit:
+    def _limit(self, task: Question, load_factor: float, enough: float) -> ShakedownLimit:
         """That of the best set of open nodes that is safe from the load factor on, or from less."""
-        key = task.friction.tobytes(), load_factor
+        key = task.friction.tobytes(), load_factor, enough
         if self._last is None or self._last[0] != key:
-            self._last = key, self._shakedown.of_any_set(task, at=load_factor)
+            self._last = key, self._shakedown.of_any_set(task, at=load_factor, enough=enough)
         return self._last[1]
 
     def _in_order(self, asked: LiftOff, load_factor: float) -> SafeSlip:

@@ -122,7 +122,7 @@ class ShakedownModel(SafeModel):
         return best_order(best, of_order, at)
 
     def of_any_set(
-        self, task: Question, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None, at: float = np.inf
+        self, task: Question, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None, at: float = np.inf, enough: float = np.inf
     ) -> ShakedownLimit:
         """The limit of the best pattern of open nodes that the search finds, see `best_pattern`; with all closed where none wants to open."""
         if own or objective is not None:  # which change no pattern
@@ -133,7 +133,7 @@ class ShakedownModel(SafeModel):
             tried.append(asked)
             return self.of_set(asked, above=above)
 
-        best = best_pattern(task, counted, self.of_set(task), at)
+        best = best_pattern(counted, self.of_set(task), at, enough)
         if tried and tried[-1] is not best._task:  # its answer shall stand in its problem
             return replace(self.of_set(best._task), least=best.least)
         return best
