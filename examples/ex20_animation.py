@@ -21,7 +21,7 @@ states = fo.steady_state(system, cycle, friction=0.7, load_factor=2.2).states()
 # %%
 # Between two states the reactions are linear in time, and each node does what it did at the first one.
 
-times = np.linspace(0.0, states.time[-1], 12)
+times = np.linspace(0.0, states.time[-1], 8)
 q, p = (np.array([np.interp(times, states.time, node) for node in part.T]).T / system.width for part in (states.q, states.p))
 status = states.status[np.searchsorted(states.time, times, side="right").clip(1, len(states.time) - 1) - 1]
 colours = np.array(["lightgrey", "tab:blue", "black", "tab:orange"])  # of 0 stick, 1 slip +, 2 open, -1 slip -

@@ -46,9 +46,9 @@ QUICK = Parameters(
     dovetail_elements=2,
     lap_elements=3,
     ratios=(0.3, 0.9, 1.5),
-    frictions=(0.4, 0.7),
+    frictions=(0.5,),
     friction_ratios=(1.5,),
-    meshes=(6, 9),
+    meshes=(4, 6),
     shares=(0.3, 0.9),
 )
 

@@ -100,9 +100,9 @@ def followed(monkeypatch):
 
 @pytest.fixture(scope="module")
 def few_starts():
-    """Searches of ranges try 24 starts around each end, in place of up to 200: for tests that ask for no more than a range."""
+    """Searches of ranges try 8 starts around each end, in place of up to 200: for tests that ask for no more than a range."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("frictopt.histories.range_search._AROUND", (8, 24))
+        patch.setattr("frictopt.histories.range_search._AROUND", (8, 8))
         yield
 
 

@@ -15,6 +15,8 @@ from systems import linprog_limit
 from test_fretting import WALKING
 from worn import sphere
 
+pytestmark = pytest.mark.usefixtures("few_starts")
+
 
 def opposed(case, mean):
     return fo.LoadCycle(mean, [{case: 1.0}, {case: -1.0}])

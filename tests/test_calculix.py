@@ -7,6 +7,7 @@ from scipy.sparse.linalg import spsolve
 
 import frictopt as fo
 from calculix import Block, chained, displacements, equation, glued, lines, needs_ccx, node_set, run
+from cases import few
 from frictopt.contact.parts import joined
 
 pytestmark = needs_ccx
@@ -231,7 +232,7 @@ def glued_modes(job, pairs):
 PRINT = "*FREQUENCY\n3\n*NODE PRINT, NSET=ALL\nU\n"
 
 
-@pytest.mark.parametrize("thickness", ["1.", "4."])
+@pytest.mark.parametrize("thickness", few(["4.", "1."], 1))
 def test_from_the_deck_to_the_backbone(tmp_path, thickness):
     """Matrices of the separate bodies, modes of the deck with equations; in between nothing but the files."""
     _, pairs, deck = plane(thickness=thickness)

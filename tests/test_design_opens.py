@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from cases import few
 from frictopt.contact.parts import joined
 from oracle import TIGHT
 from spatial import random_contact
@@ -43,7 +44,7 @@ def pulled(seed, tangents):
 def test_the_best_design_of_random_contacts_is_that_of_its_open_nodes(tangents):
     """It is never less than with all nodes closed, nor what `shakedown_limit` finds of it. With others open one may be better, which it says."""
     rel, found = 1e-7 if tangents == 1 else 1e-5, 0
-    for seed in range(12):
+    for seed in range(few(12, 6)):
         contact, friction = pulled(seed, tangents)
         every = {opened: best(contact, friction, np.array(opened)) for opened in product([False, True], repeat=contact.nodes) if not all(opened)}
         model, most = fo.DesignModel(contact, CYCLE, preloads=["c"], profile=True), max(np.nan_to_num([*every.values()], nan=-1.0))
@@ -65,7 +66,7 @@ def test_the_best_design_of_random_contacts_is_that_of_its_open_nodes(tangents):
         assert (np.linalg.norm(q.reshape(*p.shape, -1), axis=-1) - friction * p).max() <= 1e-8 and np.abs(p[:, opened]).max(initial=0.0) <= 1e-12
         assert ("with others open one may be" in design.reason) == opened.any() and (opened == design.open).all()
         found += opened.any()
-    assert found >= 2
+    assert found >= few(12, 6) // 6
 
 
 def test_a_bolt_that_is_too_weak_to_close_a_node_leaves_it_open():

@@ -18,6 +18,7 @@ import pandas as pd
 import pytest
 
 import frictopt as fo
+from cases import few
 from frictopt.histories import runs
 from frictopt.histories.store import DamagedRows, Store, merge_stores
 from systems import CYCLE, random_system
@@ -293,7 +294,7 @@ def test_every_damaged_file_is_an_error_or_a_warning_but_never_another_table(fil
     """Bits flipped and ends cut off at random places."""
     content, rng = file.read_bytes(), np.random.default_rng(0)
     harmed, told = tmp_path / "harmed.sqlite", 0
-    for number in range(60):
+    for number in range(few(60)):
         place = int(rng.integers(len(content)))
         harm = bytearray(content)
         harm[place] ^= 1 << int(rng.integers(8))
@@ -308,7 +309,7 @@ def test_every_damaged_file_is_an_error_or_a_warning_but_never_another_table(fil
             assert "harmed.sqlite" in str(error)
         for left in tmp_path.glob("harmed*"):
             left.unlink()
-    assert told > 4
+    assert told > few(60) // 15
 
 
 def test_a_full_disk_is_a_clear_error_and_what_is_done_is_kept(tmp_path, undisturbed, followed, monkeypatch):

@@ -180,7 +180,7 @@ def test_open_nodes_stay_open_at_every_corner(seed):
     assert fo.steady_state(contact, cycle, friction, below, initial_state=state).outcome is fo.Outcome.SHAKEDOWN
 
 
-@pytest.mark.parametrize("seed", few([None, 16, 19]))
+@pytest.mark.parametrize("seed", few([None, 16, 19], 1))
 def test_which_corner_is_listed_first_is_no_matter(seed):
     """Without a seed: what the mean load and the first fixed part open together is not what they open with the second."""
     rng, n = np.random.default_rng(seed), 2 if seed is None else 3

@@ -100,6 +100,7 @@ def test_where_no_rough_transient_has_a_result_the_search_is_made_in_all_increme
         return replace(found, state=None, end="lost") if self._rough else found
 
     monkeypatch.setattr(Search, "follow", none_in_five)
+    monkeypatch.setattr("frictopt.histories.range_search._AROUND", (8, 24))
     found = fo.dissipation_range(PAIR, CYCLE, 0.6, 0.65, steps=10)
     assert found.most == pytest.approx(fo.dissipation_range(PAIR, CYCLE, 0.6, 0.65).most, rel=0.03) and "failed" not in repr(found)
     assert found.to_frame()["start"].str.startswith("around").any()

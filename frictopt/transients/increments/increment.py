@@ -147,7 +147,8 @@ class FrictionIncrement(ABC):
         self.own = (system.own_stiffness / system.stiffness_scale).reshape(-1, system.nodes)
         """(t + 1, N) dimensionless stiffness of each direction of each node."""
         S = system.S / system.stiffness_scale
-        self.law, self.sizes = Law(S, self.friction, np.tile(self.own.max(axis=0), (len(self.own), 1)), system.shear_strength), sizes_of(S, self.own)
+        friction, strength = np.array(self.friction), np.array(system.shear_strength)  # as all arrays are: of others the sweeps are compiled anew
+        self.law, self.sizes = Law(S, friction, np.tile(self.own.max(axis=0), (len(self.own), 1)), strength), sizes_of(S, self.own)
         """The dimensionless law, with one c and d for all directions of a node, its strength in the unit of the caller; and its `sizes_of`."""
 
     def solve(self, slip: ArrayLike, bonded: Sequence[ArrayLike]) -> Increment:
