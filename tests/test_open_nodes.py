@@ -233,3 +233,16 @@ def test_where_no_solver_tells_the_margin_of_all_nodes_a_proof_that_none_is_safe
 
     monkeypatch.setattr(fo.SafeSlipModel, "_safe", without)
     assert told.open.any() and fo.safe_slip(contact, CYCLE, friction, 0.1).margin == told.margin
+
+
+@pytest.mark.parametrize(("shear", "stiff", "held"), [(0.0, 1.0, True), (0.5, 1.0, False), (0.0, 0.0, False)])
+def test_open_nodes_may_be_free_aside_where_no_load_takes_them_and_nowhere_else(shear, stiff, held):
+    """Nothing resists the slip of node 1; while it is open nothing carries its shear, or without stiffness its lift. The other one carries f p."""
+    bonded = {"P": ([0.0, 0.0], [1.0, -1.0]), "Q": ([1.0, shear], [0.0, 0.0])}
+    contact = fo.ContactSystem.from_blocks(np.diag([1.0, 0.0]), np.zeros((2, 2)), np.diag([1.0, stiff]), [0.0, 1.0], bonded)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
+    if held:
+        assert fo.shakedown_limit(contact, cycle, 0.5, open=[False, True]).load_factor == pytest.approx(0.5, rel=1e-9)
+    else:
+        with pytest.raises(fo.ModelError, match="too few closed nodes"):
+            fo.shakedown_limit(contact, cycle, 0.5, open=[False, True])
