@@ -48,7 +48,7 @@ QUICK = Parameters(
     ratios=(0.3, 0.9, 1.5),
     frictions=(0.5,),
     friction_ratios=(1.5,),
-    meshes=(4, 6),
+    meshes=(6, 9),
     shares=(0.3, 0.9),
 )
 
