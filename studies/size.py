@@ -1,8 +1,7 @@
 """How large, how long, how much memory: condensation, limits and steady states over the number of contact nodes, in the plane and in space.
 
 Run with `python -m studies size [--quick]`. Every size runs in a process of its own, one thread; the memory is the largest of this process so far.
-The plane scene is that of the paper, the one in space a square punch, both under bulk stress, asked as its half or quarter where something is left
-out.
+The plane scene is that of the paper, the one in space a square punch, both whole and under bulk stress.
 """
 
 import resource
@@ -37,7 +36,7 @@ class Parameters:
     plane: tuple[int, ...] = (64, 124, 250, 500, 1000)
     space: tuple[int, ...] = (9, 14, 19, 29, 39, 49)
     plane_guaranteed: int = 1000
-    space_guaranteed: int = 39
+    space_guaranteed: int = 29
     plane_transients: int = 250
     space_transients: int = 39
 
