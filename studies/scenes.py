@@ -32,14 +32,7 @@ class Parameters:
 
 FULL = Parameters()
 QUICK = Parameters(
-    flank_elements=4,
-    angles=(35.0, 60.0),
-    shares=(0.3, 0.9, 1.001),
-    ring_elements=24,
-    corners=4,
-    frictions=(0.2, 0.8),
-    punch_elements=8,
-    radii=(np.inf, 0.5),
+    flank_elements=4, shares=(0.3, 0.9, 1.001), ring_elements=24, corners=4, frictions=(0.2, 0.5, 0.8), punch_elements=8, radii=(np.inf, 0.5)
 )
 
 

@@ -42,7 +42,7 @@ class Parameters:
 
 
 FULL = Parameters()
-QUICK = Parameters((8,), (2,), plane_guaranteed=8, space_guaranteed=2, plane_transients=8, space_transients=2)
+QUICK = Parameters((8,), (2, 3), plane_guaranteed=8, space_guaranteed=2, plane_transients=8, space_transients=2)
 
 
 def times_by_size(parameters: Parameters) -> pd.DataFrame:

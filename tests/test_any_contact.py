@@ -78,7 +78,7 @@ def upright(jaws):
     return (system := wedge(jaws=jaws).condense()), limits(system)
 
 
-@pytest.mark.parametrize("angle", [0.3, np.pi / 2, 4.0])
+@pytest.mark.parametrize("angle", [0.3, np.pi / 4, np.pi / 2, 2.0, np.pi, 4.0])
 @pytest.mark.parametrize("jaws", [(4, 6), (4, 7)])
 def test_a_scene_turned_by_any_angle_has_the_same_answers(angle, jaws):
     """Two inclined contacts of three bodies, with nodes that match or not."""

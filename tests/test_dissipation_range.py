@@ -100,16 +100,14 @@ def test_the_least_orbit_slips_as_little_as_is_proven(paper_punch):
         assert least.of(corners) == pytest.approx(least.bound, rel=1e-4)
 
 
-def test_a_sampled_history_has_starts_at_its_ends_and_a_few_corners_between(paper_punch, monkeypatch):
+def test_a_sampled_history_has_starts_at_its_ends_and_a_few_corners_between(paper_punch):
     """A program for each corner and each step of a history of hundreds would be tens of thousands of them."""
-    for name, value in {"_AROUND": (8, 8), "_CORNERS": 4}.items():  # of which the search takes more, and longer
-        monkeypatch.setattr(f"frictopt.histories.range_search.{name}", value)
-    places = np.r_[0.3 * np.cos(np.arange(6)), 1.0, -1.0]
+    places = np.r_[0.3 * np.cos(np.arange(14)), 1.0, -1.0]
     cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": float(x), "Q": 0.03 * float(x) ** 2} for x in places])
-    _, span = found(paper_punch(4), cycle, 0.5, 1.1)
+    _, span = found(paper_punch(8), cycle, 0.5, 1.1)
     starts = span.to_frame()["start"]
     at = {name for name in cycle.corner_names if starts.str.endswith(f", at {name}").any()}
-    assert {*cycle.corner_names[-2:]} <= at and 2 < len(at) <= 4
+    assert {*cycle.corner_names[-2:]} <= at and 2 < len(at) <= 12
     assert 0 < span.least <= span.most
 
 

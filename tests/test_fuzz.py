@@ -38,7 +38,7 @@ def test_every_answer_is_right_or_an_error_that_says_what_to_do(seed, nodes):
 
 @settings(max_examples=few(3, 1))
 @example(seed=40)  # one in eight is asked for searches, too
-@given(seed=st.integers(3, 10**9))
+@given(seed=st.integers(1, 10**9))
 def test_every_answer_in_space_is_right_or_an_error_that_says_what_to_do(seed):
     all_right(space_findings(seed))
 
@@ -183,11 +183,11 @@ def test_the_oracles_in_space_see_a_wrong_answer(check, monkeypatch):
         found = honest(system, *args, **options)
         return lie(found) if system.tangents == 2 else found
 
-    for seed in [5, 14, 6, 4, 3, *range(7, 14)]:  # the first ones tell of most
+    for seed in range(3, 15):
+        monkeypatch.setattr(fo, name, honest)
+        assert all(finding.result != "wrong" for finding in space_findings(seed, [check]))
         monkeypatch.setattr(fo, name, told)
         if any(finding.result == "wrong" for finding in space_findings(seed, [check])):
-            monkeypatch.setattr(fo, name, honest)
-            assert all(finding.result != "wrong" for finding in space_findings(seed, [check]))
             return
     raise AssertionError("none of 12 is called wrong")
 
@@ -198,12 +198,12 @@ def test_the_oracles_in_space_see_a_wrong_answer(check, monkeypatch):
     ids=["plane", "space"],
 )
 def test_designs_that_are_not_the_best_or_promise_too_much_are_seen(ask, monkeypatch):
-    honest, seeds = fo.DesignModel.solve, [seed for seed in few((16, 28, 8, 0, 4, 32), 3) if next(ask(seed)).result == "answer"]
+    honest, seeds = fo.DesignModel.solve, [seed for seed in (0, 4, 8, 16, 28, 32) if next(ask(seed)).result == "answer"]
     none = lambda model, f, given: honest(model, f, [*given, model.profile == 0, model.preload == 0])  # noqa: E731
     monkeypatch.setattr(fo.DesignModel, "solve", none)
     assert [next(ask(seed)).result for seed in seeds].count("wrong") >= 2
     monkeypatch.setattr(fo.DesignModel, "solve", lambda *args: replace(design := honest(*args), load_factor=0.01 + 1.01 * design.load_factor))
-    assert len(seeds) >= 3 and {next(ask(seed)).result for seed in seeds} == {"wrong"}
+    assert len(seeds) >= 5 and {next(ask(seed)).result for seed in seeds} == {"wrong"}
 
 
 def test_slip_that_goes_on_below_a_limit_that_is_too_high_is_seen(monkeypatch):

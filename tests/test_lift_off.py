@@ -85,9 +85,7 @@ def test_the_cycle_that_is_followed_opens_the_nodes_where_the_limit_says(pin):
     assert set(np.flatnonzero(limit.open_share)) == set(limit.events["node"])
 
 
-@pytest.mark.parametrize(
-    ("draw", "nodes", "seeds"), [(random_system, 2, range(few(20, 10))), (pulled_system, 2, range(few(8, 4))), (pulled_system, 3, range(few(6, 3)))]
-)
+@pytest.mark.parametrize(("draw", "nodes", "seeds"), [(random_system, 2, range(20)), (pulled_system, 2, range(8)), (pulled_system, 3, range(6))])
 def test_small_contacts_against_every_order(draw, nodes, seeds):
     opening = 0
     for seed in seeds:
@@ -98,7 +96,7 @@ def test_small_contacts_against_every_order(draw, nodes, seeds):
         opening += not limit.events.empty
         if limit.kind is fo.LimitKind.FINITE and not limit.events.empty:
             assert rests(contact, CYCLE, friction, 0.999 * limit.load_factor, initial_slip=limit.slip)
-    assert opening > 0
+    assert opening > 1
 
 
 def test_one_node_on_a_vertical_spring_opens_and_never_slips():

@@ -11,7 +11,6 @@ from matplotlib.image import imread
 from matplotlib.text import Text
 
 import frictopt as fo
-from cases import few
 from paper_figures import style
 from paper_figures.__main__ import FIGURES, main, make
 from paper_figures.prepare import prepare
@@ -27,7 +26,6 @@ NAMES = [
     *("backbone_meshes", "wear", "design", "error_vs_time", "mesh_error", "extremes", "scenes", "joint", "space", "spatial_limit"),
     *("spatial_numerics", "published"),
 ]
-BOTH = few(NAMES)  # saved as the command saves them; of the others a picture in few pixels, which takes half as long
 
 
 @pytest.fixture(scope="module")
@@ -49,10 +47,7 @@ def run(data, tmp_path_factory):
 
     def kept(figure, name, output):
         figures[name] = figure
-        if name in BOTH:
-            return save(figure, name, output)
-        figure.savefig(picture := output / f"{name}.png", dpi=100)
-        return [picture]
+        return save(figure, name, output)
 
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(StringIO()) as printed:
         patch.setattr(style, "save", kept)
@@ -75,22 +70,18 @@ def drawn(run):
 def test_all_figures_are_drawn_by_default(run):
     figures, folder, printed = run
     assert list(figures) == NAMES == list(FIGURES)
-    files = [folder / f"{name}.{kind}" for name in NAMES for kind in ("pdf", "png")[name not in BOTH :]]
+    files = [folder / f"{name}.{kind}" for name in NAMES for kind in ("pdf", "png")]
     assert printed.split() == list(map(str, files)) and sorted(folder.iterdir()) == sorted(files)
-
-
-@pytest.mark.parametrize("name", BOTH)
-def test_a_pdf_has_letters_and_no_date(drawn, name):
-    pdf, png = (drawn / f"{name}.{kind}" for kind in ("pdf", "png"))
-    assert pdf.read_bytes().startswith(b"%PDF") and pdf.stat().st_size > 8_000
-    assert b"CreationDate" not in pdf.read_bytes() and b"/Type3" not in pdf.read_bytes()
-    assert png.stat().st_size > 10_000
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_files_show_something(drawn, name):
-    image = imread(drawn / f"{name}.png")[..., :3]
-    width = image.shape[1] / (300 if name in BOTH else 100) * 25.4
+    pdf, png = (drawn / f"{name}.{kind}" for kind in ("pdf", "png"))
+    assert pdf.read_bytes().startswith(b"%PDF") and pdf.stat().st_size > 8_000
+    assert b"CreationDate" not in pdf.read_bytes() and b"/Type3" not in pdf.read_bytes()
+    assert png.stat().st_size > 10_000
+    image = imread(png)[..., :3]
+    width = image.shape[1] / 300 * 25.4
     assert min(abs(width - 84), abs(width - 174)) < 0.2
     dark = (image.min(axis=-1) < 0.6).mean(axis=0)
     assert np.mean(dark > 0) > 0.7, "most columns of pixels carry ink"

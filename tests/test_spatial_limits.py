@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from cases import ALL_CASES, few
+from cases import few
 from frictopt.reference import smallest_circle_limit
 from spatial import cycle, random_contact, single, vectors
 from studies.validation.polygons import polygon_limit
@@ -117,8 +117,8 @@ def test_nodes_that_hardly_feel_the_load_do_not_move_the_limit_by_the_rounding_o
 
 
 def test_limits_that_hang_on_small_multipliers_are_certified():
-    kinds = certified(range(few(30)))
-    assert kinds["FINITE"] >= few(30) - 2 and kinds["refused"] <= 1
+    kinds = certified(range(30))
+    assert kinds["FINITE"] >= 28 and kinds["refused"] <= 1
 
 
 def wedged(seed):
@@ -145,7 +145,7 @@ def test_what_steps_miss_by_rounding_is_mended_where_slips_press_hard(seed):
 def test_no_limit_is_below_a_load_factor_that_polygons_find_safe():
     """A mechanism that stresses the contact a little bounds nothing where slips can be large."""
     compared = 0
-    for seed in [52, 91, 234, 319, 340, *range(few(12))]:
+    for seed in [52, 91, 234, 319, 340, *range(12)]:
         system, loads, f = wedged(seed)
         try:
             limit = fo.shakedown_limit(system, loads, f)
@@ -157,13 +157,13 @@ def test_no_limit_is_below_a_load_factor_that_polygons_find_safe():
             q, p = limit.reactions
             assert (np.linalg.norm(q, axis=-1) - f * p).max() <= 1e-9
             compared += 1
-    assert compared >= few(12, 4) // 2
+    assert compared >= 6
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("elements", "ratio", "corners", "f"),
-    [(13 if ALL_CASES else 9, 1e-4, [{"sigma": 1.0}, {"sigma": -1.0}], 2.0), (19, 1e4, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}], 0.1)],
+    [(13, 1e-4, [{"sigma": 1.0}, {"sigma": -1.0}], 2.0), (19, 1e4, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}], 0.1)],
 )
 def test_hundreds_of_nodes_have_a_certified_limit_at_the_ends_of_the_range(elements, ratio, corners, f):
     system = fo.scenes.SquarePunch(elements=elements, punch_material=fo.Material(ratio)).condense()

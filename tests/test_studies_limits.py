@@ -113,7 +113,7 @@ def of_scenes(tables):
 
 def test_limits_do_not_fall_with_friction(of_scenes):
     groups = of_scenes.groupby(["scene", "case", "parameter"], dropna=False)
-    assert len(groups) == 2 * 2 + 3 + 2
+    assert len(groups) == 2 * 3 + 3 + 2
     for _, rows in groups:
         with np.errstate(invalid="ignore"):  # inf - inf
             assert not np.any(np.diff(rows["load_factor"]) < 0)
@@ -123,7 +123,7 @@ def test_limits_do_not_fall_with_friction(of_scenes):
 def test_flanks_lock_beyond_the_cotangent_alone(of_scenes):
     rows = of_scenes[of_scenes["scene"] == "dovetail"]
     locks = rows["friction"] * np.tan(np.radians(rows["parameter"])) > 1
-    assert locks.sum() == 4 and np.isinf(rows["load_factor"][locks]).all() and np.isfinite(rows["load_factor"][~locks]).all()
+    assert locks.sum() == 6 and np.isinf(rows["load_factor"][locks]).all() and np.isfinite(rows["load_factor"][~locks]).all()
 
 
 def test_a_rotating_force_is_the_worse_one(of_scenes):

@@ -75,6 +75,7 @@ def test_every_size_answers_its_questions(tables):
     assert asked == {
         ("plane", 8): [*always, "guaranteed limit", *steady],
         ("space", 2): [*always, "guaranteed limit", *steady],
+        ("space", 3): always,
     }
     assert (table["seconds"] > 0).all() and (table["residual"].dropna() <= 1e-9).all()
 

@@ -63,7 +63,7 @@ QUICK = Parameters(
     space_steps=(4, 16),
     sphere_cells=(6, 12),
     region_tolerances=(1e-1, 1e-2),
-    search_steps=(12,),
+    search_steps=(4, 12),
 )
 
 

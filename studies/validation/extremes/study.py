@@ -19,7 +19,7 @@ from .cases import probes
 from .probes import Answer, Probe, Sizes
 
 FULL = Sizes()
-QUICK = Sizes(elements=8, unit_elements=4, most_nodes=(2, 4, 8), gradings=(1.0, 1e6, 1e9), corners=100, cycles=1000, every=4)
+QUICK = Sizes(elements=8, unit_elements=4, most_nodes=(2, 4, 8), gradings=(1.0, 1e6, 1e9), corners=100, cycles=1000, every=2)
 
 
 def at_the_edge(sizes: Sizes) -> pd.DataFrame:
