@@ -12,7 +12,7 @@ import frictopt as fo
 
 system = fo.scenes.PunchOnHalfPlane(elements=40).condense()
 cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
-frictions = np.linspace(0.2, 1.2, 11)
+frictions = np.linspace(0.2, 1.2, 21)
 
 shakedown = fo.ShakedownModel(system, cycle).sweep(frictions)
 guaranteed = [fo.guaranteed_limit(system, cycle, f).load_factor for f in frictions]
