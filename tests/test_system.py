@@ -55,6 +55,22 @@ def test_bad_matrices_points_and_frames_are_refused(message):
         fo.ContactSystem(**{**STATED, **BAD_STATED[message]})
 
 
+@pytest.mark.parametrize(("nodes", "mixed"), [(130, True), (300, True), (300, False)])
+def test_a_stiffness_of_many_nodes_is_refused_by_its_lowest_eigenvalue(nodes, mixed):
+    """Eigenvalues 1, but those of two far nodes, 1 + c and 1 - c; turned by a reflection, which fills the matrix and leaves them."""
+    normal = np.ones(2 * nodes) / np.sqrt(2 * nodes)
+    turn = np.eye(2 * nodes) - 2 * np.outer(normal, normal) * mixed
+    points = np.column_stack([np.arange(nodes), np.zeros(nodes)])
+    for coupling, lawful in ((1.0 - 1e-9, True), (1.0, True), (1.0 + 1e-6, False)):
+        S = np.eye(2 * nodes)
+        S[[1, -2], [-2, 1]] = coupling
+        if lawful:
+            fo.ContactSystem(turn @ S @ turn, points, {"P": np.ones(2 * nodes)})
+        else:
+            with pytest.raises(fo.ModelError, match=r"S has the negative eigenvalue -1e-06"):
+                fo.ContactSystem(turn @ S @ turn, points, {"P": np.ones(2 * nodes)})
+
+
 def test_reactions_may_be_given_as_a_pair_or_in_the_order_of_the_stiffness():
     for points, shape in (([[0, 0], [1, 0]], (2,)), ([[0, 0, 0], [1, 0, 0]], (2, 2))):
         size = 2 * len(points[0])

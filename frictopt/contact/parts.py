@@ -14,6 +14,7 @@ from .tolerances import CONDENSATION, RIGID, SAME_POINT
 _ORTHONORMAL = 10 * CONDENSATION  # error of the frames of the pairs up to which they are orthonormal, as for given normals
 _HELD = CONDENSATION  # eigenvalue of the stiffness of open nodes, over the largest, from which on they are held: the data have this error
 _SOFTEST = 1e-150  # stiffness of a spring, and largest compliance: the product of two larger numbers overflows
+_BLOCK = 256  # rows and columns that are factored at once
 
 
 def joined(q: Array, p: Array) -> Array:
@@ -154,9 +155,12 @@ def check_semi_definite(name: str, S: Array) -> None:
         return
     slack = CONDENSATION * len(S)
     try:  # a Cholesky factorisation of the slightly shifted matrix decides at a tenth of the cost of the eigenvalues
-        shifted = S / scale
-        shifted[np.diag_indices_from(S)] += slack
-        np.linalg.cholesky(shifted)
+        factor = S / scale
+        factor[np.diag_indices_from(S)] += slack
+        for start in range(0, len(S), _BLOCK):  # in place, as three copies would fill the memory
+            block, done = slice(start, start + _BLOCK), slice(start)
+            factor[start:, block] -= factor[start:, done] @ factor[block, done].T
+            factor[start:, block] = np.linalg.solve(np.linalg.cholesky(factor[block, block]), factor[start:, block].T).T
     except np.linalg.LinAlgError:
         lowest = np.linalg.eigvalsh(S / scale)[0]
         raise ModelError(
