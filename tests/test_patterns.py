@@ -268,6 +268,8 @@ def test_a_static_load_opens_no_node_for_a_higher_limit():
     limit = fo.shakedown_limit(pair, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), 0.5)
     assert limit.load_factor == pytest.approx(1.0) and not limit.open.any() and "up to where a body slides off" in limit.reason
     assert fo.steady_state(pair, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), 0.5, 1.5).outcome is fo.Outcome.SHAKEDOWN
+    twice = fo.shakedown_limit(pair, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}] * 2), 0.5)
+    assert twice.load_factor == pytest.approx(1.0) and twice.reason == limit.reason
 
 
 def test_the_search_begins_with_what_the_mean_load_opens_with_less_friction():
@@ -276,3 +278,11 @@ def test_the_search_begins_with_what_the_mean_load_opens_with_less_friction():
     starts = [opened.tolist() for opened in _settled(pose(pair, CYCLE, 1.2), wants=True, safe=True)]
     assert fo.march(pair, CYCLE, 1.2, 0.0, cycles=1).gap.max() == 0.0 < fo.march(pair, CYCLE, 0.6, 0.0, cycles=1).gap[-1, 1]
     assert starts and all(opened == [False, True] for opened in starts)
+
+
+def test_the_search_also_begins_with_what_the_mean_load_opens_with_more_friction():
+    """Node 0 slips where f < 1, by 1 - f, and that presses node 1, pulled by 0.05, by half of it."""
+    pair = system(np.eye(2), [[0.0, 0.0], [-0.5, 0.0]], [1.0, 0.0], [1.0, -0.05], [0.1, 0.0], 0.0)
+    starts = [opened.tolist() for opened in _settled(pose(pair, CYCLE, 0.7), wants=True, safe=True)]
+    assert fo.march(pair, CYCLE, 1.05, 0.0, cycles=1).gap[-1, 1] > 0.0 == fo.march(pair, CYCLE, 0.7, 0.0, cycles=1).gap.max()
+    assert [False, True] in starts

@@ -15,6 +15,7 @@ from liars import misread
 from separation import rests
 from spatial import cycle as spatial_cycle
 from spatial import random_contact
+from studies.lift_off import fir_tree
 from systems import CYCLE, NODE, SEEDS, corner_rows, random_system, stress_of, system
 from test_fixed_part import fixed_contact
 from test_open_nodes import open_contact
@@ -68,7 +69,7 @@ def test_required_friction_is_where_the_ends_of_the_safe_load_factors_cross_the_
     required = fo.required_friction(contact, cycle, factor)
     assume(np.isfinite(required.required) or make is open_contact)
     assert make is fixed_contact or required.required <= f * (1 + 1e-5)
-    enough = fo.shakedown_limit(contact, cycle, required.required * (1 + 1e-4), open=required.open)
+    enough = fo.shakedown_limit(contact, cycle, required.required * (1 + 1e-4))
     less = fo.shakedown_limit(contact, cycle, required.required * (1 - 1e-4))
     assert enough.least <= factor <= enough.load_factor and not less.least <= factor <= less.load_factor
     assert required.reactions[1].min() >= -1e-9
@@ -122,9 +123,24 @@ def straddles(contact, cycle, load_factor, required):
     """
     friction = required.required * (1 - 2e-5)
     less = fo.shakedown_limit(contact, cycle, friction).load_factor
-    more = fo.shakedown_limit(contact, cycle, required.required * (1 + 2e-6), open=required.open).load_factor
+    more = fo.shakedown_limit(contact, cycle, required.required * (1 + 2e-6)).load_factor
     too_little = not less >= load_factor or not fo.safe_slip(contact, cycle, friction, 0.0).exists
     return too_little and more >= load_factor
+
+
+@pytest.fixture(scope="module")
+def fir():
+    return fir_tree()
+
+
+@pytest.mark.parametrize("load_factor", few([0.944, 0.3, 1.049, *np.random.default_rng(18).uniform(0.05, 1.6, 6)]))
+def test_required_friction_of_a_fir_tree_is_the_threshold_of_its_limit(load_factor, fir):
+    """At 0.944 the best set is next to one that the mean load opens with less friction, and not next to the best one of these."""
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": -1.0}])
+    required = fo.required_friction(fir, cycle, load_factor)
+    assert required.open.any() and required.required * (1 - 1e-5) < required.bound < required.required
+    below, above = (fo.shakedown_limit(fir, cycle, required.required * share).load_factor for share in (1 - 1e-4, 1 + 1e-6))
+    assert below < load_factor <= above
 
 
 def test_faces_of_strongly_graded_nodes():

@@ -1,8 +1,9 @@
 """Which nodes stay open in a state of rest, or open and close in each cycle: a search near the settled mean load (theory, "Contacts that open").
 
 The largest limit over all sets is no design number: sets far from the settled state obey the law too, and nothing leads there. The limit of a given
-set never falls as friction grows, so sets of less friction are good starts. A new order has what it came from as its limiting case, so that the load
-factors in between are safe too. The answer is judged as every other state of rest; its bound is that of its set.
+set never falls as friction grows, so sets of less friction are good starts; one of more friction is a start from the other side. A new order has
+what it came from as its limiting case, so that the load factors in between are safe too. The answer is judged as every other state of rest; its
+bound is that of its set.
 """
 
 from collections.abc import Callable, Iterator
@@ -20,12 +21,12 @@ from .open_nodes import TOUCHES, open_under_mean
 from .question import Question, with_open
 from .shakedown_result import ShakedownLimit
 
-_SHARES = 1.0, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02  # of the friction, with which the mean load may open other nodes
+_SHARES = 1.0, 1.5, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02  # of the friction, with which the mean load may open other nodes
 _GOVERNS = 0.02  # part of the largest motion from which on a node governs
 _GAINS = 1e-7  # relative gain that counts
 _MOST = 60  # programs
 _GROUP, _FEW = 4, 16  # nodes that are flipped at once in space, where more than few of them rule
-_WORK = 20_000  # programs, times their slips, in which the order of openings is looked for
+_WORK = 20_000  # programs, times their slips, in which the order of openings is looked for, or sets beside a second start
 _MOVES = 1e-6  # part of the largest motion from which on a node at an end of the way may open or close there
 
 
@@ -36,39 +37,46 @@ def best_pattern(of_set: Callable[[Question, float], ShakedownLimit], closed: Sh
     safe only above `at`, or above the end of the best one, do not count; the first limit not below `enough` ends the search. Under a static load
     nodes stay: sets would go on until the body slides off.
     """
-    task, best, tried, turns = closed._task, closed, {closed.open.tobytes()}, len(closed.cycle.corners) > 1
+    task, best, tried, turns = closed._task, closed, {closed.open.tobytes()}, not closed._task.static
 
     def counts(limit: ShakedownLimit) -> bool:
         return not (np.isnan(limit.load_factor) or limit.least > at)
 
-    def gains(opened: Booleans) -> bool:
+    def found(opened: Booleans, above: float = -np.inf) -> ShakedownLimit | None:
+        """The limit of a set that was not tried before, if it counts and is above a load factor; maybe it is the best one now."""
         nonlocal best
         if opened.tobytes() in tried or len(tried) > _MOST:
-            return False
+            return None
         tried.add(opened.tobytes())
         bar.update()
         with suppress(FrictoptError):  # one without an answer that passes the checks is none of those known to rest
-            reached = best.load_factor if counts(best) else -np.inf
             rest = None if opened.all() else with_open(task, opened)  # a contact that is open for ever is none
-            limit = None if rest is None else of_set(rest, reached)
-            if limit is not None and counts(limit) and limit.load_factor > reached * (1 + _GAINS):
-                if counts(best) and limit.least > max(best.load_factor, at if at < np.inf else 0.0) * (1 + _GAINS):  # between them none is safe
-                    return False
-                best = replace(limit, least=min(best.least, limit.least)) if counts(best) else limit
-                return True
-        return False
+            limit = None if rest is None else of_set(rest, above)
+            if limit is None or not counts(limit) or limit.load_factor <= above:
+                return None
+            if not counts(best):
+                best = limit
+            elif limit.load_factor > best.load_factor * (1 + _GAINS):
+                if limit.least > max(best.load_factor, at if at < np.inf else 0.0) * (1 + _GAINS):  # between them none is safe
+                    return None
+                best = replace(limit, least=min(best.least, limit.least))
+            return limit
+        return None
 
-    def climb() -> None:
-        while turns and counts(best) and best.load_factor < enough and any(gains(opened) for opened in _next_to(best)):
-            pass
+    def climb(here: ShakedownLimit | None) -> None:
+        """From a set to one next to it with a higher limit, as long as there is one."""
+        while turns and here and counts(best) and best.load_factor < enough:
+            above = here.load_factor * (1 + _GAINS)
+            here = next(filter(None, (found(opened, above) for opened in _next_to(here))), None)
 
     with _search("open nodes", lambda: best) as bar:
-        climb()
+        climb(closed if counts(closed) else None)
         wants = len(tried) > 1
         if wants or not closed.least <= 0:
-            for opened in _settled(task, wants, counts(best)):
-                gains(opened)
-            climb()
+            starts = [limit for opened in _settled(task, wants, counts(best)) if (limit := found(opened))]
+            climb(max(starts, key=lambda limit: limit.load_factor, default=None))
+            if starts and len(tried) * closed.slip.size < _WORK:
+                climb(starts[-1])  # that of least friction, from which other sets are near
     return best
 
 
@@ -83,7 +91,7 @@ def _search(what: str, best: Callable[[], ShakedownLimit]) -> AbstractContextMan
 
 
 def _settled(task: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
-    """What the mean load leaves open, with the friction and with parts of it: where it opens none, only if a node `wants` to open."""
+    """What the mean load leaves open, with the friction, with more and with parts of it: where it opens none, only if a node `wants` to open."""
     for share in _SHARES:
         try:
             opened = open_under_mean(replace(task, friction=share * task.friction))

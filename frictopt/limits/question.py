@@ -58,6 +58,11 @@ class Question:
         """Whether the corners differ at load factor 0."""
         return len(self.bonded[0]) > 1
 
+    @property
+    def static(self) -> bool:
+        """Whether all corners are one load, maybe listed several times."""
+        return not any(np.ptp(part, axis=0).any() for part in self.bonded)
+
     def moved(self, chosen: Booleans, first: int) -> Array:
         """What some of the slips and gaps, from a `first` one on, are by the slips of the closed nodes."""
         t = self.system.tangents * self.system.nodes

@@ -73,8 +73,7 @@ def required_friction(
     some slip presses every node at every corner; else no friction is enough. More load may need less friction, where the mean load alone is not safe
     and the corners press: the load factors that are safe with one friction are an interval, see `ShakedownLimit.least`. Where nodes stay open, a
     pattern that the search of `shakedown_limit` finds is followed to its least friction, then one that the search finds just below, if any. A slip is
-    proven safe with its nodes open at the answer, and none just below, nor with those that the search finds there. With the friction of the answer
-    the search of a limit may miss these nodes: give them as `open`. Theory, eq. (16).
+    proven safe with its nodes open at the answer, and none just below, nor with those that the search finds there. Theory, eq. (16).
 
     Ctrl-C stays a KeyboardInterrupt with an attribute `table`, the frictions tried by then.
 

@@ -108,7 +108,7 @@ class ShakedownLimit(Rated):
             why = f"; {self._why}" if self._why else ""
             return f"{self._opened}the shakedown limit is infinite: every load factor{start} has a safe {slip}{why}{below}"
         rest = "; with others open it may be higher" * bool(self.open.any()) + "; the dual bound covers them" * bool(self.constraints)
-        if len(self.cycle.corners) == 1 and not self.constraints:
+        if self._task.static and not self.constraints:
             rest += "; under this static load it may open nodes and rest above it, up to where a body slides off (bound_for_all)"
         return f"{self._opened}no {slip} is safe above it{task.pattern}{rest}{below}{self._border}"
 
