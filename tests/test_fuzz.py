@@ -183,7 +183,7 @@ def test_the_oracles_in_space_see_a_wrong_answer(check, monkeypatch):
         found = honest(system, *args, **options)
         return lie(found) if system.tangents == 2 else found
 
-    for seed in range(3, 15):
+    for seed in [5, 14, 6, 4, 3, *range(7, 14)]:  # the first ones tell of most
         monkeypatch.setattr(fo, name, honest)
         assert all(finding.result != "wrong" for finding in space_findings(seed, [check]))
         monkeypatch.setattr(fo, name, told)

@@ -6,7 +6,7 @@ from hypothesis import Phase, assume, example, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from cases import few
+from cases import ALL_CASES, few
 from spatial import cycle as spatial_cycle
 from spatial import random_contact
 from systems import CYCLE, random_system
@@ -30,11 +30,12 @@ def rates_agree(ask, contact, cycle, f, most=None, slack=1e-4):
     """Rates with every amplitude of the loads, with interferences, and with friction; returns the limit."""
     n, f = contact.nodes, np.broadcast_to(f, contact.nodes)
 
-    def asked(system, mean, fixed, corners, friction=f):
-        return ask(system, fo.LoadCycle(mean, corners, fixed or None), friction, slip_bound=most)
+    def asked(system, mean, fixed, corners, friction=f, **options):
+        return ask(system, fo.LoadCycle(mean, corners, fixed or None), friction, slip_bound=most, **options)
 
     parts = [dict(cycle.mean)], [dict(part) for part in cycle.fixed or ()], [dict(corner) for corner in cycle.corners]
     limit = asked(contact, *parts[0], *parts[1:])
+    same = {"open": limit.open} if ask is fo.shakedown_limit else {}  # the rates are those of the limit with these open nodes
     assume(1e-2 < limit.load_factor < np.inf and limit.least == 0)
     own = [(0, 0, case) for case in dict.fromkeys([*cycle.mean, *contact.bonded])]
     own += [(kind, k, case) for kind in (1, 2) for k, loads in enumerate(parts[kind]) for case in loads]
@@ -44,15 +45,15 @@ def rates_agree(ask, contact, cycle, f, most=None, slack=1e-4):
         def moved(by, kind=kind, k=k, case=case):
             other = [[dict(loads) for loads in part] for part in parts]
             other[kind][k][case] = other[kind][k].get(case, 0.0) + by
-            return asked(contact, *other[0], *other[1:])
+            return asked(contact, *other[0], *other[1:], **same)
 
         assert row.amplitude == parts[kind][k].get(case, 0.0)
         agrees(row.rate, limit, moved, slack)
     for node, here in enumerate(np.eye(n)):
         fitted = contact.with_interference({"fit": here})
-        agrees(limit.interference_rate[node], limit, lambda by, fitted=fitted: asked(fitted, {**cycle.mean, "fit": by}, *parts[1:]), slack)
+        agrees(limit.interference_rate[node], limit, lambda by, fitted=fitted: asked(fitted, {**cycle.mean, "fit": by}, *parts[1:], **same), slack)
         if ask is fo.shakedown_limit:
-            agrees(limit.friction_rate[node], limit, lambda by, here=here: asked(contact, *parts[0], *parts[1:], f + by * here), slack)
+            agrees(limit.friction_rate[node], limit, lambda by, here=here: asked(contact, *parts[0], *parts[1:], f + by * here, **same), slack)
     return limit
 
 
@@ -114,7 +115,7 @@ def test_of_the_guaranteed_limit_in_space(seed):
 @EXAMPLES
 @given(seed=st.integers())
 @example(seed=1)
-@example(seed=2)
+@(example(seed=2) if ALL_CASES else lambda test: test)
 def test_of_the_guaranteed_limit_with_open_nodes(seed):
     contact = random_system(np.random.default_rng(seed), 4, coupling=0.8).with_gap([0.0, 0.0, 3.0, 0.0])
     limit = rates_agree(fo.guaranteed_limit, contact, CYCLE, 0.5)
