@@ -26,8 +26,8 @@ def patterns(known: Known) -> tuple[float, bool]:
     steady = fo.steady_state(*known.args, _BELOW * limit.load_factor, initial_state=limit.state, most_cycles=200)
     if steady.outcome is not fo.Outcome.SHAKEDOWN:
         raise Wrong("its state does not rest")
-    corners = len(case.cycle.corners)
-    for opened in product((False, True), repeat=case.system.nodes) if corners > 1 else ():  # a static load has no search
+    corners, static = len(case.cycle.corners), all(corner == case.cycle.corners[0] for corner in case.cycle.corners)
+    for opened in product((False, True), repeat=case.system.nodes) if not static else ():  # a static load has no search
         reaches = partial(largest_with_open, *known.args, np.tile(opened, (corners, 1)))
         beyond = reaches(2 * limit.load_factor)
         if beyond is None or beyond[0] <= limit.load_factor * (1 + _ALIKE):
