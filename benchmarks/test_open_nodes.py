@@ -1,4 +1,7 @@
-"""The first answer of a contact that lifts off under the mean load, against that of the closed contact with the same stiffness."""
+"""The first answer of a contact that lifts off under the mean load, against that of the closed contact with the same stiffness.
+
+The search of its open nodes asks several programs, 6 to 19 here, each for some more than the closed contact, and one to seven transients.
+"""
 
 import time
 
@@ -28,12 +31,12 @@ def ratio(closed, gap, cycle, rounds, record_property):
     return times[0] / times[1]
 
 
-@pytest.mark.parametrize("steep", [2.0, 10.0])
-def test_the_plane_at_125_nodes(system, cycle, steep, record_property):
-    assert ratio(system, steep * system.x**4, cycle, 9, record_property) < 5.0
+@pytest.mark.parametrize(("steep", "most"), [(2.0, 35.0), (10.0, 15.0)])
+def test_the_plane_at_125_nodes(system, cycle, steep, most, record_property):
+    assert ratio(system, steep * system.x**4, cycle, 9, record_property) < most
 
 
 @pytest.mark.parametrize("steep", [4.0])
 def test_space_at_400_nodes(cycle, steep, record_property):
     contact = fo.scenes.SquarePunch(elements=19).condense()
-    assert ratio(contact, steep * (contact.points[:, :2] ** 4).sum(axis=1), cycle, 3, record_property) < 3.0
+    assert ratio(contact, steep * (contact.points[:, :2] ** 4).sum(axis=1), cycle, 3, record_property) < 25.0
