@@ -26,8 +26,6 @@ from .tables import Study, Table, markdown, two_digits
 
 _FRICTION = 0.5
 _QUESTIONS = ("condense", "shakedown limit", "limit, nothing left out", "safe slip", "guaranteed limit", "steady state below", "steady state above")
-_PROCESSES = get_context("forkserver")
-_PROCESSES.set_forkserver_preload(["cvxpy", "numba", "pandas", "scipy.optimize", "skfem"])  # imported once for all sizes
 _IN_MEMORY = 1e9 if sys.platform == "darwin" else 1e6  # units of the largest memory, in gigabytes
 
 
@@ -51,7 +49,7 @@ def times_by_size(parameters: Parameters) -> pd.DataFrame:
     """One row per scene, size and question, each size in a new process."""
     sizes = [("plane", elements) for elements in parameters.plane] + [("space", elements) for elements in parameters.space]
     rows = []
-    with ProcessPoolExecutor(1, mp_context=_PROCESSES, max_tasks_per_child=1) as pool:
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
         for scene, elements in each(sizes, "times by size"):
             guaranteed, transients = (elements <= getattr(parameters, f"{scene}_{what}") for what in ("guaranteed", "transients"))
             rows += pool.submit(_answered, scene, elements, guaranteed, transients).result()
