@@ -100,9 +100,9 @@ def followed(monkeypatch):
 
 @pytest.fixture(scope="module")
 def few_starts():
-    """Searches of ranges try 2 starts around each end, in place of up to 200: for tests that ask for no more than a range."""
+    """Searches of ranges try 8 starts around each end, in place of up to 200: for tests that ask for no more than a range."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("frictopt.histories.range_search._AROUND", (2, 2))
+        patch.setattr("frictopt.histories.range_search._AROUND", (8, 8))
         yield
 
 
@@ -137,7 +137,7 @@ def quick(quick_data, studies):
             with lock_file(str(quick_data / f"{study.name}.lock")):  # another process may be running it
                 if not all(table.path(quick_data).exists() for table in study.tables):
                     with redirect_stdout(StringIO()) as printed, pytest.MonkeyPatch.context() as patch:
-                        patch.setattr("frictopt.histories.range_search._AROUND", (2, 2))  # starts around ends, of which 200 take minutes
+                        patch.setattr("frictopt.histories.range_search._AROUND", (8, 8))  # starts around ends, of which 200 take minutes
                         assert study.run(["--quick", "--data", str(quick_data)]) == 0
                     assert all(str(table.path(quick_data)) in printed.getvalue() for table in study.tables)
         return {table.name: pd.read_parquet(table.path(quick_data)) for table in tables}
