@@ -203,7 +203,7 @@ def test_vertices_are_all_sums_and_neighbours_differ_in_one_load():
     (({},), "loads: none"),
     (({"a": (1.0, 0.0)},), r"loads\[0\]\['a'\] most: 0.0; it must be finite and at least 1"),
     (({"a": (0.0, 1.0, 2.0)},), r"loads\[0\]\['a'\] \(least, most\): shape \(3,\), expected \(2,\)"),
-    (({"a": (0.0, True)},), r"loads\[0\]\['a'\] \(least, most\): True is not one real number"),
+    (({"a": (0.0, True)},), r"loads\[0\]\['a'\] \(least, most\): \(0.0, True\) \(True and False are no numbers\)"),
     (([],), r"loads\[0\]: no corners"),
     (({"a": (0.0, 1.0)}, [{"a": 1.0}]), "load case 'a' is in two of them"),
     (({f"a{k}": (0.0, 1.0) for k in range(20)},), "1.05e[+]06 vertices"),

@@ -17,12 +17,6 @@ ROUND = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"Q": 0.1}, {"sigma": -1.0}, {
 TABLE = [(0.5, 0.5, 0.0, 1.01e-5), (0.7, 0.9, 0.0, 1.50e-3), (0.7, 1.5, 0.06655, 0.07764)]
 
 
-@pytest.fixture
-def hardly_around(monkeypatch):
-    """Searches try 2 random starts around each end, in place of up to 200: for tests that do not ask how far the ends are found."""
-    monkeypatch.setattr("frictopt.histories.range_search._AROUND", (2, 2))
-
-
 def found(contact, cycle, friction, ratio, **options):
     limit = fo.shakedown_limit(contact, cycle, friction).load_factor
     return limit * ratio, fo.dissipation_range(contact, cycle, friction, limit * ratio, **options)
@@ -106,7 +100,7 @@ def test_the_least_orbit_slips_as_little_as_is_proven(paper_punch):
         assert least.of(corners) == pytest.approx(least.bound, rel=1e-4)
 
 
-def test_a_sampled_history_has_starts_at_its_ends_and_a_few_corners_between(paper_punch, hardly_around):
+def test_a_sampled_history_has_starts_at_its_ends_and_a_few_corners_between(paper_punch):
     """A program for each corner and each step of a history of hundreds would be tens of thousands of them."""
     places = np.r_[0.3 * np.cos(np.arange(14)), 1.0, -1.0]
     cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": float(x), "Q": 0.03 * float(x) ** 2} for x in places])
@@ -160,7 +154,7 @@ def test_no_start_beside_the_best_one_has_less_work():
 
 
 @pytest.mark.parametrize("shown", [True, False])
-def test_a_search_tells_of_each_transient_while_it_lasts(shown, monkeypatch, hardly_around):
+def test_a_search_tells_of_each_transient_while_it_lasts(shown, monkeypatch):
     told = []
 
     monkeypatch.setattr(Bar, "update", lambda bar: told.append(bar))
@@ -191,7 +185,7 @@ def test_a_search_follows_no_start_in_vain(paper_punch):
     assert 3 < given_up < 27
 
 
-def test_orbits_with_open_nodes_are_counted_and_searched_from(paper_punch, hardly_around):
+def test_orbits_with_open_nodes_are_counted_and_searched_from(paper_punch):
     _, span = found(paper_punch(16), PULLED, 0.5, 0.95)
     assert span.most_state.open.any()
     table = span.to_frame()
@@ -213,7 +207,7 @@ def test_bounded_starts_stay_within_their_bound_and_find_less(paper_punch):
     assert above.least > found(contact, PULL, 0.7, 1.2)[1].least and np.abs(above.least_start).max() <= 0.02 * (1 + 1e-9)
 
 
-def test_units_and_the_sense_of_the_load_do_not_matter(hardly_around):
+def test_units_and_the_sense_of_the_load_do_not_matter():
     contact = system(*FIRST_PAIR)
     reference = fo.dissipation_range(contact, CYCLE, 0.6, 0.65)
     stiff = fo.ContactSystem.from_blocks(3 * contact.A, 3 * contact.B, 3 * contact.C, contact.x, contact.bonded)

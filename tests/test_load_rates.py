@@ -6,7 +6,7 @@ from hypothesis import Phase, assume, example, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from cases import ALL_CASES, few
+from cases import few
 from spatial import cycle as spatial_cycle
 from spatial import random_contact
 from systems import CYCLE, random_system
@@ -115,7 +115,7 @@ def test_of_the_guaranteed_limit_in_space(seed):
 @EXAMPLES
 @given(seed=st.integers())
 @example(seed=1)
-@(example(seed=2) if ALL_CASES else lambda test: test)
+@example(seed=2)
 def test_of_the_guaranteed_limit_with_open_nodes(seed):
     contact = random_system(np.random.default_rng(seed), 4, coupling=0.8).with_gap([0.0, 0.0, 3.0, 0.0])
     limit = rates_agree(fo.guaranteed_limit, contact, CYCLE, 0.5)

@@ -48,9 +48,13 @@ def real_array(name: str, values: object) -> Array:
     """Check that `values` is an array of real numbers (NaN and infinities included) and return it as a float64 copy."""
     try:
         raw = np.asarray(values)
-        masked = any(isinstance(part, np.ma.MaskedArray) for part in (values, *(values if isinstance(values, list | tuple) else ())))
-        if raw.dtype.kind not in "fiu" or masked:
-            raise TypeError("masked numbers" if masked else f"its dtype is {raw.dtype}")
+        parts = (values, *(values if isinstance(values, list | tuple) else ()))
+        if any(isinstance(part, np.ma.MaskedArray) for part in parts):
+            raise TypeError("masked numbers")
+        if raw.dtype.kind not in "fiu":
+            raise TypeError(f"its dtype is {raw.dtype}")
+        if any(isinstance(part, bool | np.bool_) for part in parts):
+            raise TypeError("True and False are no numbers")
         with np.errstate(over="ignore"):  # extended precision may not fit; infinities are for the caller to refuse
             return np.array(raw, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:

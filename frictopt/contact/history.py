@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import ModelError
-from .checks import Array, check_name, checked_cases, checked_loads, choice, finite_array, finite_number, finite_numbers, listed, shown, whole_number
+from .checks import Array, check_name, checked_cases, checked_loads, choice, finite_array, finite_number, listed, shown, whole_number
 from .result import Table
 
 _ROUNDING = 4 * np.finfo(float).eps  # distance from the straight segment, over the largest amplitude of the load case, that counts as rounding
@@ -173,7 +173,6 @@ def _parts(name: str, load: object) -> list[list[Mapping[str, float]]]:
 
 
 def _range(name: str, case: str, ends: object) -> list[Mapping[str, float]]:
-    finite_array(f"{name} (least, most)", ends, (2,))
-    least, most = finite_numbers(f"{name} (least, most)", ends)  # of which none is True
+    least, most = finite_array(f"{name} (least, most)", ends, (2,)).tolist()
     finite_number(f"{name} most", most, least=least)
     return [{case: least}, {case: most}] if most > least else [{case: least}]

@@ -70,7 +70,7 @@ def best_pattern(of_set: Callable[[Question, float], ShakedownLimit], closed: Sh
             here = next(filter(None, (found(opened, above) for opened in _next_to(here))), None)
 
     with _search("open nodes", lambda: best) as bar:
-        climb(closed if counts(closed) else None)
+        climb(closed)
         wants = len(tried) > 1
         if wants or not closed.least <= 0:
             starts = [limit for opened in _settled(task, wants, counts(best)) if (limit := found(opened))]
