@@ -292,12 +292,13 @@ def test_bad_numbers_of_a_study_are_refused(option, message, capsys):
 def test_an_interrupt_ends_with_its_code(number, monkeypatch, capsys):
     """So does a scheduler's signal, which left workers behind."""
     monkeypatch.setattr("frictopt.limits.shakedown_limit", lambda *_args, **_options: signal.raise_signal(number))
-    before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    before = signal.signal(signal.SIGTERM, signal.SIG_IGN), signal.signal(signal.SIGINT, signal.default_int_handler)  # which a shell's `&` ignores
     try:
         assert main([*LIMIT, *CORNERS]) == 130 and "interrupted" in capsys.readouterr().err
         assert signal.getsignal(signal.SIGTERM) == signal.SIG_IGN  # as it was
     finally:
-        signal.signal(signal.SIGTERM, before)
+        signal.signal(signal.SIGTERM, before[0])
+        signal.signal(signal.SIGINT, before[1])
 
 
 def test_a_command_runs_in_any_thread(capsys):

@@ -143,7 +143,7 @@ class Proof:
 
     @property
     def gap(self) -> float:
-        """Distance of the bound from the value, and the defect, over the value, or over a millionth of its unit where that is more."""
+        """Distance of the bound from the value, and the defect, over the value, or over a thousandth of its unit where that is more."""
         return (abs(self.bound - self.value) + self.defect) / max(abs(self.value), FLOOR * self.unit)
 
 

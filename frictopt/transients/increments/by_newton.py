@@ -93,17 +93,18 @@ class NewtonIncrement(FrictionIncrement, _Nodes):
 
         Once sweeps do not reach a state, open nodes are eliminated, as long as they stay open.
         """
-        n, axes = self.system.nodes, self.system.tangents + 1
+        n = self.system.nodes
         for load in loads:
             way = loads[0].tobytes() + load.tobytes()
             stress = self._stands[1] if u is self._stands[0] else self.system.S @ u
             r = load + stress
             force = force_scale(load[-n:], r)
-            found = (self._begun and self._without_open(u, r, force, way)) or self._moved(u, r, force, way)
-            if found is None:
-                new = self.solve(parted(u, axes)[0], parted(load, axes))
-                found = joined(new.slip, new.gap - self._gap), joined(new.q, new.p), new.status
-            self._stands = found[0], reactions(self.system.S, stress, found[0] - u)
+            found = self._without_open(u, r, force, way) if self._begun else None
+            acts = reactions(self.system.S, r, found[0] - u) if found else r
+            if found is None or not np.abs(acts - found[1]).max() <= STALLED * force:
+                found = self._moved(u, r, force, way) or self._solved_by_itself(u, load)
+                acts = reactions(self.system.S, r, found[0] - u)
+            self._stands = found[0], acts - load
             u = found[0]
             yield found
 
@@ -122,9 +123,12 @@ class NewtonIncrement(FrictionIncrement, _Nodes):
         except LinAlgError:
             return None
         found = self._rest.after(u, r, force, way)
-        if found is None or not (found[0][-n:] + self._gap)[opened].min() >= -STALLED * force / self._unit:
-            return None
-        return found if np.abs(reactions(self.system.S, r, found[0] - u) - found[1]).max() <= STALLED * force else None
+        return found if found and (found[0][-n:] + self._gap)[opened].min() >= -STALLED * force / self._unit else None
+
+    def _solved_by_itself(self, u: Array, load: Array) -> Moved:
+        axes = self.system.tangents + 1
+        new = self.solve(parted(u, axes)[0], parted(load, axes))
+        return joined(new.slip, new.gap - self._gap), joined(new.q, new.p), new.status
 
     def _solved(self, posed: Posed) -> Increment:
         """From where sweeps end; else from no motion, by c of nodes and of directions; last by frozen bounds."""
@@ -161,8 +165,8 @@ class _Rest(_Nodes):
         self._factor = cho_factor(own)
         if not dpocon(self._factor[0], np.abs(own).sum(axis=0).max())[0] > ROUNDING:
             raise LinAlgError("the open nodes move freely")
-        self._carried = cho_solve(self._factor, between)
-        S = law.S[np.ix_(self._in, self._in)] - between.T @ self._carried
+        self._carried = np.ascontiguousarray(cho_solve(self._factor, between).T)  # a row for each motion of the others
+        S = law.S[np.ix_(self._in, self._in)] - self._carried @ between
         own, least = np.diag(S).reshape(len(law.own), -1), ROUNDING * law.own[:, left]
         own = np.where(own > least, own, law.own[:, left])  # what is rounding holds nothing
         rest = Law(S, law.friction[left], np.tile(own.max(axis=0), (len(own), 1)), law.strength[left])
@@ -171,10 +175,10 @@ class _Rest(_Nodes):
     def after(self, u: Array, r: Array, force: float, way: bytes) -> Moved | None:
         """Motions, reactions and status of all nodes, from motions with reactions that the load has changed."""
         acting = cho_solve(self._factor, r[self._out])
-        found = self._moved(u[self._in], r[self._in] - r[self._out] @ self._carried, force, way)
+        found = self._moved(u[self._in], r[self._in] - self._carried @ r[self._out], force, way)
         if found is None:
             return None
         moved, forces, status = u.copy(), np.zeros_like(u), np.full(len(self.opened), OPEN, dtype=np.int8)
         moved[self._in], forces[self._in], status[~self.opened] = found
-        moved[self._out] -= acting / self._unit + self._carried @ (moved - u)[self._in]
+        moved[self._out] -= reactions(self._carried, acting / self._unit, (moved - u)[self._in])
         return moved, forces, status
