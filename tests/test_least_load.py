@@ -10,6 +10,7 @@ import frictopt as fo
 from cases import few
 from frictopt.histories.guarantee import from_its_middle
 from liars import misread
+from studies.validation.fuzz.embedded import embedded
 from systems import CYCLE, NODE, SEEDS, explained, linprog_limit, on_both_bounds, random_system
 
 Z = [0.0, 0.0]
@@ -221,3 +222,23 @@ def test_one_node_by_the_smallest_circle_around_its_corners():
         assert fo.safe_slip(node, cycle, 0.5, share * limit.least).exists == exists
     below, within = (fo.steady_state(node, cycle, 0.5, share * limit.least).outcome for share in (0.95, 1.05))
     assert below is not fo.Outcome.SHAKEDOWN and within is fo.Outcome.SHAKEDOWN
+
+
+@pytest.mark.parametrize("seed", few(range(24)))
+def test_in_space_it_is_that_of_the_plane(seed):
+    rng = np.random.default_rng(seed)
+    flat, cycle = pressing_cycle(rng, int(rng.integers(1, 5)), 1 + seed % 2)
+    shear, press = flat.bonded["mean"]
+    flat = flat.with_bonded({**flat.bonded, "mean": (4.0 * shear, press + (0.6, 1.4)[seed % 2])})  # which mostly slips as it comes, and often settles
+    least, largest = oracle(flat, cycle, 0.4)
+    limit = fo.shakedown_limit(embedded(flat, rng, across=flat.A)[0], cycle, 0.4, open=np.zeros(flat.nodes, dtype=bool))
+    assert limit.least == pytest.approx(least, rel=1e-7, abs=1e-8, nan_ok=True) and limit.residual <= 1e-9
+    assert limit.load_factor == pytest.approx(largest, rel=1e-7, abs=1e-8, nan_ok=True)
+
+
+def test_a_mean_load_that_settles_needs_no_program_of_its_own(monkeypatch, punch):
+    """Neither no slip nor that of the limit is safe under it, and what it leaves itself is."""
+    monkeypatch.setattr(fo.ShakedownModel, "_with_least", lambda *asked: pytest.fail("it has one"))
+    limit = fo.shakedown_limit(punch(8), fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": 0.5}]), 0.1)
+    assert limit.least == 0 and limit.load_factor > 0
+    assert min(limit._task.violation(0.0, slip) for slip in (0 * limit.slip, limit.slip)) > 1e-3

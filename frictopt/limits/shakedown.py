@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from time import perf_counter
@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import GROWN, RESIDUAL, ContactSystem, LimitKind, LoadCycle, SolveRecord, bar_of, listed, warns_of_odd_values
+from ..contact import GROWN, RESIDUAL, Array, ContactSystem, LimitKind, LoadCycle, SolveRecord, bar_of, listed, warns_of_odd_values
 from ..contact.checks import flags
 from ..contact.diagnosis import growth_diagnosis
 from ..errors import ModelError, SolverError
@@ -25,6 +25,8 @@ from .programs import Program
 from .question import Question, with_open
 from .safe_model import SafeModel, in_turn
 from .shakedown_result import ShakedownLimit, upper_bound
+
+_SETTLES = 20  # of Newton's steps, in which the mean load mostly comes to rest
 
 
 class ShakedownModel(SafeModel):
@@ -149,7 +151,7 @@ class ShakedownModel(SafeModel):
         limit = answered(claim, record, program)
         if limit.kind is LimitKind.NO_SAFE_SLIP or objective is not None:
             return limit
-        slips = [] if own else [np.zeros(task.system.slip_shape)] + [limit.slip] * (limit.kind is LimitKind.FINITE)
+        slips = () if own else _likely_slips(limit)
         at_zero = any(task.violation(0.0, slip) <= RESIDUAL for slip in slips)
         return replace(limit, least=0.0) if at_zero else self._with_least(limit, program)
 
@@ -235,6 +237,19 @@ def shakedown_limit(
     with bar_of(progress, "shakedown limit"):
         model = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
         return model.of_pattern(model._posed(friction), open, events)
+
+
+def _likely_slips(limit: ShakedownLimit) -> Iterator[Array]:
+    """Slips that may well be safe under the mean load: none, that of the limit, and what the mean load itself leaves, by a few steps of Newton."""
+    none = np.zeros(limit.system.slip_shape)
+    yield none
+    if limit.kind is LimitKind.FINITE:
+        yield limit.slip
+    from ..transients.increments import NewtonIncrement  # here, because mostly one of these is safe
+    from ..transients.increments.increment import Posed
+
+    posed = Posed(NewtonIncrement(limit.system, limit.friction), none, limit.system.reaction(limit.cycle.unscaled[0]))
+    yield posed.claim(np.zeros_like(posed.trial), _SETTLES).slip
 
 
 def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:
