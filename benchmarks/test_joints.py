@@ -44,7 +44,7 @@ def test_the_joints_have_their_sizes(made, name, nodes):
     assert made(name).nodes == pytest.approx(nodes, rel=0.02)  # which depends on the version of gmsh
 
 
-@pytest.mark.parametrize(("name", "load_factor", "most"), [("flange", 1.0, 100.0), ("flange", 5.0, 150.0), ("lap joint", 1.0, 1000.0)])
+@pytest.mark.parametrize(("name", "load_factor", "most"), [("flange", 1.0, 60.0), ("flange", 5.0, 90.0), ("lap joint", 1.0, 1000.0)])
 def test_steady_state_in_dense_solves(made, name, load_factor, most, record_property):
     """With two increments from corner to corner, its proof and the error of its increments, over one dense solve of the contact by LAPACK."""
     system, (cycle, friction), found = made(name), asked(name), []
