@@ -477,7 +477,7 @@ FAULTS = (
           "bound = proof.bound - proof.defect", "shakedown limit_checks"),
     Fault("limits/shakedown.py", "every contact is safe under its mean load", "any(task.violation(0.0, slip) <= RESIDUAL", "any(True",
           "least_load"),
-    Fault("limits/shakedown.py", "own rows leave small load factors safe", "slips = [] if own else [np", "slips = [np", "least_load"),
+    Fault("limits/shakedown.py", "own rows leave small load factors safe", "slips = () if own else", "slips =", "least_load"),
     Fault("solve/problem.py", "the problem keeps the least load factor", "part.save_value(value)", "part.value", "least_load"),
     Fault("limits/shakedown.py", "an error of the proof that nothing is safe", "SolveRecord(residual=none.residual)", "SolveRecord(residual=0.0)",
           "limit_checks"),
