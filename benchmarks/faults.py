@@ -514,6 +514,8 @@ FAULTS = (
           "[1][:, -1].max() / task.force", "required_friction"),
     Fault("limits/required_friction.py", "a pressing without a proof", "nan_to_num(max(gap, task.beyond(slip))",
           "nan_to_num(max(0.0, task.beyond(slip))", "required_friction limit_checks"),
+    Fault("limits/design.py", "a design counts that carries less once it is built", "if all(limit.load_factor >=",
+          "if all(True or limit.load_factor >=", "design_opens"),
     Fault("limits/design.py", "a design that is not safe", "np.max([unsafe, proof.gap, program.own_violation])",
           "np.max([proof.gap, program.own_violation])",
           "design_refused"),

@@ -11,6 +11,7 @@ from cases import few
 from frictopt.contact.parts import joined
 from oracle import TIGHT
 from spatial import random_contact
+from studies.validation.fuzz.space import _Subject
 from systems import random_system
 
 CYCLE = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"a": -1.0}, {"b": 0.4}])
@@ -101,3 +102,15 @@ def test_scenarios_have_open_nodes_of_their_own():
     model = fo.DesignModel(contact, cycle, preloads=["bolt"], scenarios=[(cycle, 0.5, {"bolt": 0.5})])
     design = model.solve(0.5, [model.preload >= 0.0, model.preload <= 0.8])
     assert design.load_factor == pytest.approx(0.7) and [opened.tolist() for opened in design.opens] == [[False] * 3, [True, False, False]]
+
+
+def test_a_design_under_whose_mean_load_other_nodes_open_is_none():
+    """With nodes 2 and 4 open it is safe up to 2.5, but only from 1.01 on; from the mean load on another pattern is, up to 1.3."""
+    system, cycle, friction = _Subject(725550944).args
+    model = fo.DesignModel(system, cycle, preloads=["b"], profile=True)
+    within = [cp.abs(model.preload) <= 0.11, cp.abs(model.profile) <= 357.0]
+    design = model.solve(friction, within)
+    assert design.open.nonzero()[0].tolist() == [0, 4]
+    assert fo.shakedown_limit(design.system, design.cycle, friction).load_factor == pytest.approx(design.load_factor, rel=1e-7)
+    with pytest.raises(fo.SolverError, match=r"with 2 of 5 nodes open: the best one would carry 2\.\d+, but under its mean load other nodes"):
+        model.solve(friction, [*within, model.load_factor >= 2.0])

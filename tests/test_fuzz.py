@@ -85,6 +85,11 @@ def test_a_mean_load_without_an_answer_is_no_proof_that_no_node_may_be_open():
     assert [finding.result for finding in space_findings(1030000070, ["limit, plane in 3-D"])] == ["SolverError"]
 
 
+def test_a_design_carries_what_it_promises_once_it_is_built():
+    """With two nodes open a better one is safe, but not from the mean load on, under which others open."""
+    assert [finding.result for finding in space_findings(725550944, ["best design, 3-D"])] == ["answer"]
+
+
 def test_what_clarabel_leaves_open_on_rows_as_they_stand_it_answers_on_scaled_ones():
     assert [finding.result for finding in space_findings(50083, ["limit, plane in 3-D"])] == ["answer"]
 

@@ -22,8 +22,11 @@ from .programs import Program, listed_rows, own_rows
 from .question import Question, pose, with_open
 from .safe_model import SafeModel, checked_objective, in_turn
 from .shakedown import ShakedownModel
+from .shakedown_result import ShakedownLimit
 
 _MOST = 8  # sets of open nodes
+_GAINS = 1e-7  # relative difference that counts
+_ELSE = "under its mean load other nodes open, and it carries less; bound it more tightly, or ask `shakedown_limit` of designs of your own"
 _PRESSED = 10.0  # mean normal force of the preloads where the search begins, over that of the contact
 
 Sets: TypeAlias = list[Booleans]  # of each scenario
@@ -34,7 +37,7 @@ class DesignModel(SafeModel):
 
     Reactions are linear in them, so the best design is the same convex program as the shakedown limit, with the same proof, for given open nodes. All
     are closed at first. If the best design leaves a node bare, or none is safe, design and pattern are sought in turn until the open nodes are those
-    that `shakedown_limit` leaves open under the chosen loads. Theory, eq. (32).
+    that `shakedown_limit` leaves open under the chosen loads; one that carries less there does not count. Theory, eq. (32).
 
     Parameters
     ----------
@@ -163,7 +166,7 @@ class DesignModel(SafeModel):
             Bad friction; constraints that contradict each other, which are named; a design that grows without end, whose direction is named;
             constraints that are not convex, need other cones, or are on another model; such an objective.
         SolverError
-            No solver gave an answer that passes the checks.
+            No solver gave an answer that passes the checks, or every design that was found opens other nodes under its mean load and carries less.
 
         Examples
         --------
@@ -191,11 +194,15 @@ class DesignModel(SafeModel):
                 bar.update()
                 try:
                     design = self._of_sets(task, own, objective, opened)
+                    limits = self._limits(design._tasks) if np.any(opened) or design.touches else []
                 except (NoneSafeError, SolverError) as why:
                     none.append(why)
                     return
-                found.append((design, opened))
-                opened = self._patterns(design._tasks) if np.any(opened) or design.touches else None
+                if all(limit.load_factor >= design.load_factor * (1 - _GAINS) for limit in limits):
+                    found.append((design, opened))
+                else:
+                    none.insert(0, SolverError(f"design: {design._opened}the best one would carry {design.load_factor:.6g}, but {_ELSE}"))
+                opened = [limit.open for limit in limits]
 
         with bar_of(progress, "design", "program", best=told, keeps=kept) as bar:
             alternate([each.open for each in (task, *(posed for posed, _ in self._others))])
@@ -223,12 +230,10 @@ class DesignModel(SafeModel):
         claim, record = program.chain.solve(lambda: self._judged(every, chosen), self._solver, no_optimum=none)
         return answered(claim, record, program)
 
-    def _patterns(self, tasks: Sequence[Question]) -> Sets | None:
-        """Which nodes the best pattern of each scenario leaves open, with a design built in; None where that has no answer."""
+    def _limits(self, tasks: Sequence[Question]) -> list[ShakedownLimit]:
+        """The limit of each scenario with a design built in, of the best pattern of open nodes."""
         closed = [with_open(task, np.zeros_like(task.open)) or task for task in tasks]
-        with suppress(SolverError):
-            return [ShakedownModel(one.system, one.cycle, slip_bound=one.most, solver=self._solver).of_any_set(one).open for one in closed]
-        return None
+        return [ShakedownModel(one.system, one.cycle, slip_bound=one.most, solver=self._solver).of_any_set(one) for one in closed]
 
     def _where_pressed(self, task: Question, own: Sequence[cp.Constraint]) -> Sets | None:
         """The patterns under preloads that press as much as the constraints admit, within many times the forces of the contact: another start."""
@@ -244,7 +249,7 @@ class DesignModel(SafeModel):
         with suppress(SolverError):
             if self.preload is not None:
                 program.chain.solve(lambda: SolveRecord(residual=program.chain.violation))
-            return self._patterns(self._built([task, *(posed for posed, _ in self._others)])[2])
+            return [limit.open for limit in self._limits(self._built([task, *(posed for posed, _ in self._others)])[2])]
         return None
 
     def _built(self, asked: Sequence[Question]) -> tuple[Array, Array | None, tuple[Question, ...]]:
