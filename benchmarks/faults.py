@@ -368,6 +368,7 @@ FAULTS = (
     Fault("solve/reduced.py", "rows with a smaller right side are left out", "(rank < np.r_[n, least[:-1]])", "(rank > np.r_[n, least[:-1]])",
           "compiled"),
     Fault("solve/reduced.py", "both of two equal rows stay", "(rank < np.r_[n, least[:-1]])", "(rank <= np.r_[n, least[:-1]])", "compiled"),
+    Fault("solve/arrays.py", "a program has unknowns", "self.cost).max(initial=0.0), abs(", "self.cost).max(), abs(", "polish"),
     Fault("solve/arrays.py", "equations need not hold", "return float(max([*outside, np.abs(s[: self.zero]).max(initial=0.0)]))",
           "return float(max([*outside, 0.0]))", "polish own_constraints"),
     Fault("solve/arrays.py", "cones need not hold", "np.linalg.norm(s[cone[:, 1:]], axis=1) - s[cone[:, 0]]).max(initial=0.0) for",

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import null_space
+from scipy.sparse import csr_array
 
 from cases import few
 from frictopt.solve import solvers
@@ -158,3 +159,9 @@ def test_a_point_without_numbers_is_never_the_answer():
     program = arrays(Compiled(cp.Problem(cp.Maximize(z[0]), [z[0] <= 1, cp.abs(z[1]) <= 1])))
     right = np.ones(len(program.right))
     assert program.off(np.full(len(program.cost), np.nan), right) == np.inf and program.off(np.zeros(len(program.cost)), np.nan * right) == np.inf
+
+
+def test_a_program_without_unknowns_is_as_it_stands():
+    program = Arrays(csr_array((2, 0)), np.zeros((0, 0)), np.array([1.0, -0.5]), np.zeros(0), 0, np.ones(2, dtype=int))
+    x, y = polish(program, np.zeros(0), np.zeros(2))
+    assert not len(x) and program.off(x, y) == 0.5  # by which the second row is missed

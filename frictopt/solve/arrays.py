@@ -60,7 +60,7 @@ class Arrays:
         """Largest violation of the optimality conditions: slacks, balance of the multipliers, and their work on the slacks."""
         if not (np.isfinite(x).all() and np.isfinite(y).all()):
             return np.inf
-        return float(max(self.violation(x), np.abs(self.matrix.T @ y + self.cost).max(), abs(y @ self.slack(x))))
+        return float(max(self.violation(x), np.abs(self.matrix.T @ y + self.cost).max(initial=0.0), abs(y @ self.slack(x))))
 
     @property
     def widened(self) -> "Arrays":
