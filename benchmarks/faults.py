@@ -394,7 +394,7 @@ FAULTS = (
     Fault("solve/arrays.py", "factors of singular equations are trusted", "[0] > _NOT_UNIQUE:", "[0] > -1.0:", "polish"),
     Fault("solve/arrays.py", "the last guess is the best", "(off := program.off(at, told)) < least:", "(off := program.off(at, told)) < np.inf:",
           "polish"),
-    Fault("solve/arrays.py", "multipliers that do not balance are exact", "np.abs(self.matrix.T @ y + self.cost).max(), ", "", "polish"),
+    Fault("solve/arrays.py", "multipliers that do not balance are exact", "np.abs(self.matrix.T @ y + self.cost).max(initial=0.0), ", "", "polish"),
     Fault("solve/arrays.py", "equations are no active rows", "shut, on = [np.arange(program.zero)]", "shut, on = [np.arange(0)]", "polish"),
     Fault("solve/solvers.py", "multipliers of HiGHS have their own sign", "-np.array(found.row_dual)", "np.array(found.row_dual)",
           "compiled shakedown listings"),
