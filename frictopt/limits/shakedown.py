@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from time import perf_counter
@@ -16,7 +17,7 @@ from numpy.typing import ArrayLike
 from ..contact import GROWN, RESIDUAL, Array, ContactSystem, LimitKind, LoadCycle, SolveRecord, bar_of, listed, warns_of_odd_values
 from ..contact.checks import flags
 from ..contact.diagnosis import growth_diagnosis
-from ..errors import ModelError, SolverError
+from ..errors import ModelError, NoContinuation, SolverError
 from .answered import Mechanism, answered
 from .lift_off import LiftOff, Ordered
 from .models import least_load, shakedown
@@ -25,8 +26,6 @@ from .programs import Program
 from .question import Question, with_open
 from .safe_model import SafeModel, in_turn
 from .shakedown_result import ShakedownLimit, upper_bound
-
-_SETTLES = 20  # of Newton's steps, in which the mean load mostly comes to rest
 
 
 class ShakedownModel(SafeModel):
@@ -240,16 +239,14 @@ def shakedown_limit(
 
 
 def _likely_slips(limit: ShakedownLimit) -> Iterator[Array]:
-    """Slips that may well be safe under the mean load: none, that of the limit, and what the mean load itself leaves, by a few steps of Newton."""
-    none = np.zeros(limit.system.slip_shape)
-    yield none
+    """Slips that may well be safe under the mean load: none, that of the limit, and what the mean load itself leaves, coming at once."""
+    yield np.zeros(limit.system.slip_shape)
     if limit.kind is LimitKind.FINITE:
         yield limit.slip
-    from ..transients.increments import NewtonIncrement  # here, because mostly one of these is safe
-    from ..transients.increments.increment import Posed
+    from ..transients.march import mean_state  # here, because mostly one of these is safe
 
-    posed = Posed(NewtonIncrement(limit.system, limit.friction), none, limit.system.reaction(limit.cycle.unscaled[0]))
-    yield posed.claim(np.zeros_like(posed.trial), _SETTLES).slip
+    with suppress(ModelError, NoContinuation, SolverError):
+        yield mean_state(limit.system, limit.cycle, limit.friction, steps=1).slip
 
 
 def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:
