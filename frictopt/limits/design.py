@@ -26,7 +26,7 @@ from .shakedown_result import ShakedownLimit
 
 _MOST = 8  # sets of open nodes
 _GAINS = 1e-7  # relative difference that counts
-_ELSE = "under its mean load other nodes open, and it carries less; bound it more tightly, or ask `shakedown_limit` of designs of your own"
+_BUT = "but under its mean load other nodes open, and no limit that passes the checks confirms it; bound the design more tightly"
 _PRESSED = 10.0  # mean normal force of the preloads where the search begins, over that of the contact
 
 Sets: TypeAlias = list[Booleans]  # of each scenario
@@ -194,14 +194,15 @@ class DesignModel(SafeModel):
                 bar.update()
                 try:
                     design = self._of_sets(task, own, objective, opened)
-                    limits = self._limits(design._tasks) if np.any(opened) or design.touches else []
                 except (NoneSafeError, SolverError) as why:
                     none.append(why)
                     return
-                if all(limit.load_factor >= design.load_factor * (1 - _GAINS) for limit in limits):
+                limits = self._limits(design._tasks) if np.any(opened) or design.touches else []
+                built = bool(limits) and all(limit.load_factor >= design.load_factor * (1 - _GAINS) for limit in limits)
+                if built or not np.any(opened):  # with all closed it never carries less
                     found.append((design, opened))
                 else:
-                    none.insert(0, SolverError(f"design: {design._opened}the best one would carry {design.load_factor:.6g}, but {_ELSE}"))
+                    none.insert(0, SolverError(f"design: {design._opened}the best one would carry {design.load_factor:.6g}, {_BUT}"))
                 opened = [limit.open for limit in limits]
 
         with bar_of(progress, "design", "program", best=told, keeps=kept) as bar:
@@ -231,9 +232,11 @@ class DesignModel(SafeModel):
         return answered(claim, record, program)
 
     def _limits(self, tasks: Sequence[Question]) -> list[ShakedownLimit]:
-        """The limit of each scenario with a design built in, of the best pattern of open nodes."""
+        """The limit of each scenario with a design built in, of the best pattern of open nodes; none where one has no answer."""
         closed = [with_open(task, np.zeros_like(task.open)) or task for task in tasks]
-        return [ShakedownModel(one.system, one.cycle, slip_bound=one.most, solver=self._solver).of_any_set(one) for one in closed]
+        with suppress(SolverError):
+            return [ShakedownModel(one.system, one.cycle, slip_bound=one.most, solver=self._solver).of_any_set(one) for one in closed]
+        return []
 
     def _where_pressed(self, task: Question, own: Sequence[cp.Constraint]) -> Sets | None:
         """The patterns under preloads that press as much as the constraints admit, within many times the forces of the contact: another start."""
