@@ -374,10 +374,10 @@ def test_damaged_multipliers_contradict_nothing(kind, damage, monkeypatch):
     """Whatever excess a search for one claims: its multipliers must balance, and lack what they say."""
     chain, honest = Chain(tiny(kind, True)[0], {}), chains._least_excess
 
-    def damaged(program, right, cost):
-        _, x, y = honest(program, right, cost)
+    def damaged(program):
+        y = honest(program)[1]
         y = {"unbalanced": y + 1e-3 * np.arange(1, len(y) + 1), "the wrong way": -y, "none": 0 * y}[damage]
-        return 1.0, x, y
+        return 1.0, y
 
     monkeypatch.setattr(chains, "_least_excess", damaged)
     assert chain.contradiction() is None
@@ -425,17 +425,27 @@ def test_an_excess_that_one_solver_gets_wrong_is_asked_of_the_next(value, monkey
 
 
 @pytest.mark.parametrize("still", [False, True])
-@pytest.mark.parametrize("proof", [0.0, 1.0])
-def test_a_way_that_leaves_the_rows_or_leads_nowhere_is_no_growth(proof, still, monkeypatch):
-    """The excess is said to be 0, as multipliers that prove nothing allow, along a way that breaks a row of a bounded program, or along none."""
+def test_a_way_that_leaves_the_rows_or_leads_nowhere_is_no_growth(still, monkeypatch):
+    """Solvers tell a way that breaks a row of a bounded program, or none at all."""
     chain = Chain(tiny("feasible", True)[0], {})
     assert chain.growth() is None
 
-    def told(program, proof):
-        x, y, last = program.cost.astype(bool), np.zeros(len(program.right)), np.flatnonzero(program.right == -1)[0]  # the row of the objective
-        y[last - 1] = proof  # of the row that says that the excess is >= 0
-        return np.where(x | still, 0.0, -program.matrix[[last]].toarray().ravel()), y
+    def told(program):
+        objective = program.matrix[[np.flatnonzero(program.right == -1)[0]]].toarray().ravel()
+        return np.where(program.cost.astype(bool) | still, 0.0, -objective), np.zeros(len(program.right))
 
     monkeypatch.setattr(chains, "polish", lambda program, x, y: (x, y))
-    monkeypatch.setattr(chains, "run", lies(lambda program: told(program, proof)))
+    monkeypatch.setattr(chains, "run", lies(lambda program: told(program) if (program.right == -1).any() else (program.cost, 0 * program.right)))
     assert chain.growth() is None
+
+
+@pytest.mark.parametrize("friction", [1.0, 1e-3, 1e-6, 1e-9, 1e-12])
+@pytest.mark.parametrize("cone", [False, True])
+def test_growth_within_little_friction_needs_pressure_that_grows_and_values_to_begin_with(friction, cone):
+    q, p, load = cp.Variable(2), cp.Variable(), cp.Variable()
+    rows = [(cp.norm(q) if cone else cp.max(cp.abs(q))) <= friction * p, load == q[0], q[1] == 0]
+    units = {p: 1.0, q: friction, load: friction}
+    for more, grows in (([], True), ([p <= 1], False), ([q[0] <= -1], False), ([q[1] >= 1], False)):
+        assert (Chain(cp.Problem(cp.Maximize(load), [*rows, *more]), units).growth() is not None) == grows
+    pulled = Chain(cp.Problem(cp.Maximize(p), [*rows, q[0] <= -friction, load >= friction]), units)
+    assert pulled.ray() is not None and pulled.growth() is None and pulled.contradiction() is not None

@@ -20,6 +20,7 @@ from studies.validation.fuzz.cases import random_case
 from studies.validation.fuzz.checks import CHECKS, findings
 from studies.validation.fuzz.differential import DIFFERENTIAL
 from studies.validation.fuzz.scenes import random_scene
+from studies.validation.fuzz.sliding import KINDS, SLIDING, body, sliding_findings
 from studies.validation.fuzz.space import SPACE, space_findings
 
 pytestmark = pytest.mark.slow
@@ -41,6 +42,23 @@ def test_every_answer_is_right_or_an_error_that_says_what_to_do(seed, nodes):
 @given(seed=st.integers(1, 10**9))
 def test_every_answer_in_space_is_right_or_an_error_that_says_what_to_do(seed):
     all_right(space_findings(seed))
+
+
+@pytest.mark.parametrize("seed", few(range(8), 2))
+def test_bodies_slide_off_where_hands_and_plain_programs_say_and_none_is_refused(seed):
+    findings = list(sliding_findings(seed))
+    assert len(findings) == 10
+    for finding in findings:
+        assert finding.result == "answer" and finding.residual <= 1e-9, finding
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("axes", [2, 3])
+def test_a_body_that_slides_off_elsewhere_is_seen(kind, axes, monkeypatch):
+    honest, check = fo.gross_slip, f"slides off, {kind}{', 3-D' * (axes == 3)}"
+    seed = next(seed for seed in range(9) if kind != "slope" or body(seed, kind, axes).hand == body(seed, kind, axes).hand)
+    monkeypatch.setattr(fo, "gross_slip", lambda *args: replace(slide := honest(*args), load_factor=slide.load_factor * (1 + 1e-5)))
+    assert [finding.result for finding in sliding_findings(seed, [check])] == ["wrong"]
 
 
 def all_right(found):
@@ -236,7 +254,7 @@ def test_the_oracles_see_a_wrong_increment_and_a_foreign_error(monkeypatch):
 
 
 def test_the_study_counts_what_it_finds(tmp_path, capsys):
-    questions = [*CHECKS, *DIFFERENTIAL, *SPACE]
+    questions = [*CHECKS, *DIFFERENTIAL, *SPACE, *SLIDING]
     assert fuzz.STUDY.run(["--cases", "1", "--seed", "42", "--data", str(tmp_path), "--quick"]) == 0
     table, refused = (pd.read_parquet(kind.path(tmp_path)) for kind in (fuzz.COUNTS, fuzz.REFUSALS))
     assert list(table["question"]) == questions and (table["wrong"] == 0).all()

@@ -12,6 +12,7 @@ import frictopt as fo
 from cases import few
 from frictopt.contact.parts import joined
 from frictopt.fem.interface import frames_of
+from frictopt.transients.statics import nodal_motions, rigid_motions
 from liars import is_excess, lying, misread, unpolished
 from studies.validation.fuzz.embedded import embedded
 
@@ -186,6 +187,47 @@ def test_random_faces_in_space_agree_with_the_program_of_the_motions():
             finite += 1
             proves(found, system, friction, r0, r1)
     assert finite > 10
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+@pytest.mark.parametrize("nodes", [2, 3, 4, 12])
+@pytest.mark.parametrize("seed", few(range(3)))
+def test_rigid_motions_have_no_rounding_and_nodal_ones_are_told_by_single_nodes(axes, nodes, seed):
+    """On a flat face no shift or turn in it lifts a node, and none that lifts nodes makes them slip; the nodes are in a line, or not."""
+    rng = np.random.default_rng(seed)
+    along = np.sort(rng.uniform(-1, 1, nodes))
+    points = np.column_stack([along, *[rng.uniform(-1, 1, nodes) * (seed % 2)] * (axes - 2), np.zeros(nodes)])
+    motions = rigid(points, np.eye(axes)[[-1] * nodes])[0]
+    system = body(rng, points, np.eye(axes)[[-1] * nodes], {"P": np.ones(axes * nodes)})
+    found = rigid_motions(system.S, system.own_stiffness)
+    single = nodal_motions(found)
+    rank = np.linalg.matrix_rank(motions)
+    for basis in (found, single):
+        assert np.linalg.matrix_rank(basis) == np.linalg.matrix_rank(np.hstack([motions, basis])) == rank == basis.shape[1]
+        sizes = np.abs(basis[basis != 0])
+        assert sizes.min() > 1e-10 * sizes.max()
+    slips, lifts = (single[part].any(axis=0) for part in (slice(-nodes), slice(-nodes, None)))
+    assert not (slips & lifts).any() and np.abs(single).max() < 10
+    assert (np.sort(np.abs(single), axis=1)[(np.abs(single).sum(axis=1) == 1)][:, -1] == 1).sum() >= rank
+
+
+@pytest.mark.parametrize("friction", [1e-12, 1e-9, 1e-6, 1e-3, 0.3])
+@pytest.mark.parametrize("points", [[(-1, 0), (0, 0), (1, 0)], [(1, 0), (-0.5, 0.75), (-0.5, -0.75)]], ids=["line", "tripod"])
+@pytest.mark.parametrize("unit", [1e-9, 1.0, 1e9])
+def test_a_body_on_three_nodes_slides_off_at_f_p_with_any_friction_and_units(friction, points, unit):
+    points = np.column_stack([points, np.zeros(3)])
+    loads = {"P": unit * np.repeat([0.0, 0.0, 1.0], 3), "Q": unit * np.repeat([np.cos(0.7), np.sin(0.7), 0.0], 3)}
+    three = body(np.random.default_rng(0), points, np.eye(3)[[-1] * 3], loads)
+    found = fo.gross_slip(three, fo.LoadCycle({"P": 1.0}, TO_AND_FRO), friction)
+    assert found.load_factor == pytest.approx(friction, rel=1e-8) and found.record.residual <= 1e-9
+
+
+@pytest.mark.parametrize("cyclic", [1e-12, 1.0, 1e12])
+def test_guided_bodies_that_any_pressure_may_hold_never_slide_off_whatever_the_size_of_the_load(cyclic):
+    S = [[2.0, -2.0, 0.0, -1.0], [-2.0, 2.0, 0.0, 1.0], [0.0, 0.0, 2.0, 0.5], [-1.0, 1.0, 0.5, 4.0]]
+    loads = {"P": np.array([0.3, 0.4, 1.0, 2.0]), "Q": cyclic * np.array([1.0, 0.5, 0.2, 0.0])}
+    pair = fo.ContactSystem(S, [[0.0, 0.0], [1.0, 0.0]], loads)
+    assert fo.gross_slip(pair, fo.LoadCycle({"P": 1.0}, TO_AND_FRO), 0.5).load_factor == np.inf
 
 
 def test_held_bodies_never_slide_off():

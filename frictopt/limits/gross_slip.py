@@ -27,7 +27,7 @@ from ..contact import (
 from ..errors import ModelError
 from ..solve.chain import Chain
 from ..solve.problem import Problem
-from ..transients.statics import rigid_motions
+from ..transients.statics import nodal_motions, rigid_motions
 from . import models
 from .gross_slip_result import GrossSlip, motion_table, moves_told
 from .programs import outer_corners
@@ -84,7 +84,7 @@ def _of_corners(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts
     if contacts is not None:
         names, among = _checked(system, contacts)
         task, only = replace(task, friction=frozen(task.friction * among)), f"with friction at {', '.join(names)} alone, "
-    N, bounds = rigid_motions(system.S, system.own_stiffness), "friction" + " and the strength of the surface" * system.capped
+    N, bounds = nodal_motions(rigid_motions(system.S, system.own_stiffness)), "friction" + " and the strength of the surface" * system.capped
     r1 = reactions(system, cycle.corners)  # without gaps, which do no work in rigid motions
     r0 = np.broadcast_to(reactions(system, cycle.unscaled), r1.shape)
     corners = outer_corners(cycle) if N.size else []
@@ -140,12 +140,13 @@ def _statics(task: Question, N: Array, k: int, r0: Array, r1: Array, sense: Any)
     """The largest or least load factor at which forces balance corner k, r0 + load_factor r1, (M,), in the rigid motions N (M, m); nan where none."""
     held, drives = (float(size) if (size := np.linalg.norm(N.T @ r)) > CONDENSATION * np.linalg.norm(r) else 0.0 for r in (r0, r1))
     load = {f"r0{f'[{k}]' * task.fixed}": r0, f"r1[{k}]": r1 if drives else np.zeros_like(r1)}
-    unit, n = (held or drives) / drives if drives else 1.0, task.system.nodes
+    unit, n = _load_unit(task, N, r0, r1) if held and drives else 1.0, task.system.nodes
     f, strength = cp.Parameter(n, nonneg=True, name="f", value=task.friction), task.system.shear_strength
     rows = models.gross_slip(N, load, f, strength, task.system.slip_shape, sense)
     problem = Problem(rows.objective, rows.constraints)
     load_factor, q, p = (next(each for each in problem.variables() if each.name() == name) for name in ("load_factor", "q", "p"))
-    chain = Chain(problem, {load_factor: unit, q: task.node_unit.reshape(n, *[1] * (q.ndim - 1)), p: task.node_unit}, unit=unit)
+    sheared = task.node_unit * np.where((task.friction > 0) & (task.friction < 1), task.friction, 1.0)
+    chain = Chain(problem, {load_factor: unit, q: sheared.reshape(n, *[1] * (q.ndim - 1)), p: task.node_unit}, unit=unit, defines=False)
 
     def still(value: float, bound: float, residual: float) -> _Answer:
         return _Answer(k, value, bound, np.zeros(len(N)), SolveRecord(residual=residual), problem)
@@ -166,13 +167,20 @@ def _statics(task: Question, N: Array, k: int, r0: Array, r1: Array, sense: Any)
         return still(*found) if sense is cp.Minimize and not found[0] else moving(*found)  # no motion proves that it is at least 0
 
     def none() -> _Answer | None:
-        more = chain.growth()
-        if no := chain.contradiction(growth=more):
+        if no := chain.contradiction():
             return moving(np.nan, np.nan, no.residual)
-        return still(np.inf, np.inf, abs(more.residual)) if more else None
+        more = chain.growth()
+        return still(np.inf, np.inf, more.residual) if more else None
 
     answer, record = chain.solve(answered, no_optimum=none)
     return replace(answer, record=record)
+
+
+def _load_unit(task: Question, N: Array, r0: Array, r1: Array) -> float:
+    """Load factor at which the cyclic load reaches the friction of the mean load, or in the normal motions the mean load itself."""
+    friction, shear = min(float(task.friction.max()), 1.0) or 1.0, len(r1) - task.system.nodes
+    sheared, swung = (float(np.linalg.norm(part)) for part in (N[:shear].T @ r1[:shear], N[shear:].T @ r1[shear:]))
+    return friction * float(np.linalg.norm(N.T @ r0)) / (sheared + friction * swung)
 
 
 def _checked(system: ContactSystem, contacts: Iterable[str]) -> tuple[list[str], Booleans]:

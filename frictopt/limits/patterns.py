@@ -73,7 +73,7 @@ def best_pattern(of_set: Callable[[Question, float], ShakedownLimit], closed: Sh
         climb(closed)
         wants = len(tried) > 1
         if wants or not closed.least <= 0:
-            starts = [limit for opened in _settled(task, wants, counts(best)) if (limit := found(opened))]
+            starts = [limit for opened in _settled(task, wants) if (limit := found(opened))]
             climb(max(starts, key=lambda limit: limit.load_factor, default=None))
             if starts and len(tried) * closed.slip.size < _WORK:
                 climb(starts[-1])  # that of least friction, from which other sets are near
@@ -90,14 +90,12 @@ def _search(what: str, best: Callable[[], ShakedownLimit]) -> AbstractContextMan
     return bar_of(True, what, "program", best=told, keeps=lambda _: ("limit", best(), "the best limit by then is in the attribute `limit`"))
 
 
-def _settled(task: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
+def _settled(task: Question, wants: bool) -> Iterator[Booleans]:
     """What the mean load leaves open, with the friction, with more and with parts of it: where it opens none, only if a node `wants` to open."""
     for share in _SHARES:
         try:
             opened = open_under_mean(replace(task, friction=share * task.friction))
-        except SolverError:  # of the way to the mean load: the search has one set less to begin with
-            if share == 1.0 and not safe:  # nothing else is known to rest
-                raise
+        except SolverError:  # of the way to the mean load, on which a body may slide off: the search has one set less to begin with
             continue
         yield from opened
         if share == 1.0 and not (opened or wants):

@@ -273,12 +273,12 @@ def without_limit(program: Program, chosen: bool) -> ShakedownLimit | None:
     task, names = program.task, (*program.own, "objective") if chosen else tuple(program.own)
     unsafe = np.full(task.system.slip_shape, np.nan)
     bare = replace(program, own={}).compiled(shakedown(program.x, program.rows), task.load_unit) if names else None
-    more = program.chain.growth()
-    if none := (bare and bare.chain.contradiction()) or program.chain.contradiction(more):  # no row is to blame if none is safe without
+    if none := (bare and bare.chain.contradiction()) or program.chain.contradiction():  # no row is to blame if none is safe without
         ruling, record = program.ruling(none.ruling), SolveRecord(residual=none.residual)
         limit = ShakedownLimit(np.nan, unsafe, record, task, program.motion, LimitKind.NO_SAFE_SLIP, np.nan)
         why = f"no residual slip that is safe at any load factor{task.pattern} obeys {', '.join(ruling)}: drop or relax them"
         return replace(limit, constraints=names, _why=why) if ruling else limit
+    more = program.chain.growth()
     if not more:
         return None
     if chosen:

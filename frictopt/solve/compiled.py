@@ -15,6 +15,7 @@ from scipy.sparse import csr_array, hstack
 from ..contact import CONDENSATION, FLOOR, RIGID, ROUNDING, Array, Integers
 
 _FIRST, _ITERATIONS = 8, 4  # of an inverse iteration: vectors at first, twice as many where all are soft, and steps
+_EXACT = ROUNDING / 100  # rounding of a sum, over the size of its terms
 _SOLVER = "CLARABEL"  # whose order of rows and columns the arrays have; it takes linear rows and second-order cones
 
 
@@ -102,16 +103,34 @@ class Compiled:
 
     def violation(self, z: Array, units: Array) -> float:
         """Largest violation of a row by values, over the size of its terms, those of an unknown counted from its unit on."""
-        s, zero = self.right - self.matrix @ z, self.zero
+        return self._largest(z, self.right, np.abs(self.matrix) @ np.maximum(np.abs(z), units) + np.abs(self.right))
+
+    def leaving(self, z: Array, sizes: Array) -> float:
+        """How far a direction leaves a row at most, over its terms in that row, beyond rounding; its values are sums of terms of `sizes`."""
+        terms = np.abs(self.matrix)
+        return self._largest(z, np.zeros_like(self.right), terms @ np.abs(z), _EXACT * (terms @ sizes))
+
+    def _largest(self, z: Array, right: Array, size: Array, rounding: Array | float = 0.0) -> float:
+        """Largest violation of a row of this right side beyond its rounding, over its size."""
+        s, zero = right - self.matrix @ z, self.zero
         for block in self.blocks:
             s[block.rows], s[block.sources] = 0.0, 0.0  # put in: their errors are the referee's
-        size = np.abs(self.matrix) @ np.maximum(np.abs(z), units) + np.abs(self.right)
         sizes, tails = np.r_[np.ones(self.nonneg, dtype=int), np.array(self.soc, dtype=int)], s.copy()
         heads = zero + np.cumsum(sizes) - sizes
         tails[heads] = 0.0
         off = np.r_[np.abs(s[:zero]), np.sqrt(np.add.reduceat(tails**2, heads)) - s[heads]]
-        size = np.r_[size[:zero], np.add.reduceat(size, heads)]
-        return float(np.max(off / np.where(size > 0, size, 1.0), initial=0.0))
+        size, rounding = (np.r_[each[:zero], np.add.reduceat(each, heads)] for each in (size, np.broadcast_to(rounding, size.shape)))
+        return float(np.max((off - rounding) / np.where(size > 0, size, 1.0), initial=0.0))
+
+    def outside(self, y: Array) -> Array:
+        """How far the multipliers of each row or cone lie outside of the dual cone, for a cone at its first row."""
+        heads = self.zero + self.nonneg + np.cumsum([0, *self.soc])[:-1]
+        lengths, lacks = y.copy(), np.zeros(len(y))
+        lengths[: self.zero + self.nonneg], lengths[heads] = 0.0, 0.0
+        lacks[self.zero : self.zero + self.nonneg] = -y[self.zero : self.zero + self.nonneg]
+        if len(heads):
+            lacks[heads] = np.sqrt(np.add.reduceat(lengths**2, heads)) - y[heads]
+        return np.maximum(lacks, 0.0)
 
     def save(self, z: Array, y: Array) -> None:
         """Put an answer into the variables and the multipliers of the rows of the problem."""

@@ -3,7 +3,7 @@
 1. Unknowns of cvxpy's own, the bounds of abs and norm, and unknowns that an equation defines: they follow from the others, see `Step`.
 2. Dense equations: put in as one block that all rows share, or changed to the unknowns in which a square one is sparse, see `Change`.
 3. Rows that others stand for, and cones that are shut, which are equations.
-4. Units of unknowns and rows.
+4. Units of unknowns, rows and cost.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,12 +11,14 @@ from typing import Any, NamedTuple
 
 import cvxpy as cp
 import numpy as np
-from scipy.linalg import qr
 from scipy.sparse import csr_array, vstack
 
 from ..contact import NO_COUPLING, ROUNDING, Array, Booleans, Integers
 from .arrays import Arrays
 from .compiled import Change, Compiled
+from .redundant import dominated, headed, independent
+
+_PIVOT = 1e-6  # an equation defines an unknown only if its part is at least this share of the largest one: rounding is far below
 
 
 class Step(NamedTuple):
@@ -33,7 +35,9 @@ class Reduced:
     Its unknowns x are those of the changes of variables, and those that are left of z, whose units are `z_unit`. Others stand for `left_out` rows.
     """
 
-    def __init__(self, compiled: Compiled, units: Mapping[cp.Variable, Any], changes: Sequence[Change] = (), simplify: bool = True) -> None:
+    def __init__(
+        self, compiled: Compiled, units: Mapping[cp.Variable, Any], changes: Sequence[Change] = (), simplify: bool = True, defines: bool = True
+    ) -> None:
         self.compiled, n, zero = compiled, len(compiled.cost), compiled.zero
         unit, taken = np.zeros(n), np.zeros(n, dtype=bool)  # 0 where none is known
         for variable, size in units.items():
@@ -43,7 +47,7 @@ class Reduced:
             taken[block.defined], taken[block.of] = True, True
         equations, own = np.arange(compiled.sparse_zero, zero), own_unknowns(compiled, taken)
         self._steps = [own] if own else []
-        while step := defined_unknowns(compiled, equations, taken, np.where(unit > 0, unit, 1.0)):
+        while defines and (step := defined_unknowns(compiled, equations, taken, np.where(unit > 0, unit, 1.0))):
             self._steps.append(step)
             equations = np.setdiff1d(equations, step.names)
         self._follow()
@@ -58,6 +62,7 @@ class Reduced:
         keep = np.ones(len(right), dtype=bool)
         if simplify:
             keep[zero + dominated(csr_array(matrix[zero:linear]), right[zero:linear])] = False
+            keep[zero + headed(csr_array(matrix[zero:]), right[zero:], sizes)] = False
         keep[zero:linear] &= (np.diff(matrix.indptr)[zero:linear] > 0) | (right[zero:linear] < 0)
         self.left_out = int((~keep).sum())
         self._dense(matrix, cost, changes)
@@ -137,6 +142,8 @@ class Reduced:
         self._felt = np.flatnonzero(block.any(axis=0) | (np.bincount(sparse.indices, minlength=width)[:width] > 0) | (cost != 0))
         if len(self._felt) < width:
             sparse, block, cost = csr_array(sparse[:, np.r_[self._felt, width : width + count]]), block[:, self._felt], cost[self._felt]
+        self.cost_unit = float(np.abs(cost).max(initial=0.0)) or 1.0
+        cost = cost / self.cost_unit
         self._x_unit, known = units[:width], unit.copy()
         known[self._kept] = units[m:width]
         self.z_unit = np.where(self._others | (unit > 0), known, np.abs(self._follows) @ known + np.abs(self._start))
@@ -167,9 +174,7 @@ class Reduced:
 
     def back(self, x: Array, y: Array) -> tuple[Array, Array]:
         """The unknowns and the multipliers of the compiled program, from those of this one."""
-        compiled, z, every = self.compiled, np.zeros(len(self.compiled.cost)), np.zeros(self._block.shape[1])
-        every[self._felt] = x * self._x_unit[self._felt]
-        z[self._kept] = every[len(every) - len(self._kept) :]
+        compiled, (every, z) = self.compiled, self._own(x)
         squares = {square.row for _, square in self._changes}
         for (change, square), span in zip(self._changes, self._spans, strict=True):
             z[square.of], z[square.defined] = change.matrix @ every[span], change.product @ every[span]
@@ -179,10 +184,30 @@ class Reduced:
         z = self._follows @ z + self._start
         return z, self.multipliers(y, compiled.cost, np.maximum(np.abs(z), self.z_unit))
 
+    def _own(self, x: Array) -> tuple[Array, Array]:
+        """All unknowns x in the user's units, and those of the compiled program that are among them."""
+        every, z = np.zeros(self._block.shape[1]), np.zeros(len(self.compiled.cost))
+        every[self._felt] = x * self._x_unit[self._felt]
+        z[self._kept] = every[len(every) - len(self._kept) :]
+        return every, z
+
+    def direction(self, x: Array) -> tuple[Array, Array]:
+        """A direction of the compiled program from one of this program, and for each of its values the size of the terms that it is the sum of.
+
+        Values that dense equations define are computed by these equations, as in the user's problem, and not by the changes of variables.
+        """
+        every, z = self._own(x)
+        for (change, square), span in zip(self._changes, self._spans, strict=True):
+            z[square.of] = change.matrix @ every[span]
+        sizes = np.abs(z)
+        for block in self.compiled.blocks:
+            z[block.defined], sizes[block.defined] = block.matrix @ z[block.of], np.abs(block.matrix) @ np.abs(z[block.of])
+        return self._follows @ z, np.abs(self._follows) @ sizes
+
     def multipliers(self, y: Array, cost: Array, sizes: Array) -> Array:
         """The multipliers of the compiled program with a cost, its own or none; `sizes` weigh by how much they do not balance."""
         compiled, multipliers, (heads, tails, starts) = self.compiled, np.zeros(len(self.compiled.right)), self._apexes
-        multipliers[self._names] = y / self._row_unit
+        multipliers[self._names] = y * self.cost_unit / self._row_unit
         if len(heads):
             multipliers[heads] = np.sqrt(np.add.reduceat(multipliers[tails] ** 2, starts))
         for unknowns, names, pivots in self._steps:
@@ -222,40 +247,19 @@ def own_unknowns(program: Compiled, taken: Booleans) -> Step | None:
 
 
 def defined_unknowns(program: Compiled, equations: Integers, taken: Booleans, unit: Array) -> Step | None:
-    """Unknowns that stand in one equation alone, one an equation: that of the largest part in it."""
+    """Unknowns that stand in one equation alone, one an equation: the one of the largest part in it, and none whose part may be rounding."""
     entries = csr_array(program.matrix[equations]).tocoo()
     alone = ((np.bincount(entries.col, minlength=len(unit)) == 1) & ~taken)[entries.col]
+    certain = np.zeros(len(alone), dtype=bool)
+    for size in (np.abs(entries.data), np.abs(entries.data) * unit[entries.col]):  # rounding is small in both
+        largest = np.zeros(len(equations))
+        np.maximum.at(largest, entries.row, size)
+        certain |= size > _PIVOT * largest[entries.row]
+    alone &= certain
     row, column, data = entries.row[alone], entries.col[alone], entries.data[alone]
     order = np.lexsort([column, -np.abs(data) * unit[column], row])
     row, first = np.unique(row[order], return_index=True)
     return Step(column[order][first].astype(int), equations[row], data[order][first]) if len(row) else None
-
-
-def dominated(matrix: csr_array, right: Array) -> Integers:
-    """The linear rows that others stand for: they differ in the coefficient of one unknown >= 0, and in the right side, and are weaker in both."""
-    n, single = len(right), np.flatnonzero(np.diff(matrix.indptr) == 1)
-    at = matrix.indptr[single]
-    signed = single[(matrix.data[at] < 0) & (right[single] <= 0)]
-    if not len(signed):
-        return np.zeros(0, dtype=int)
-    unknown, entries, coefficient = int(matrix.indices[matrix.indptr[signed[0]]]), matrix.tocoo(), np.zeros(n)
-    its, ways = entries.col == unknown, np.random.default_rng(0).normal(size=(matrix.shape[1], 2))
-    coefficient[entries.row[its]], ways[unknown] = entries.data[its], 0.0
-    mark = matrix @ ways  # equal rows have equal marks, and others only by chance
-    order = np.lexsort([right, -coefficient, mark[:, 1], mark[:, 0]])
-    new = np.r_[True, (np.diff(mark[order], axis=0) != 0).any(axis=1)]
-    rank, after = np.unique(right[order], return_inverse=True)[1], (n + 1) * np.cumsum(new)
-    least = np.minimum.accumulate(rank - after) + after  # of each group: those of the next are less than all before
-    stronger = new | (rank < np.r_[n, least[:-1]])
-    return np.setdiff1d(order[~stronger], signed)  # the row that says the sign is needed for all others
-
-
-def independent(program: Arrays) -> Integers:
-    """The equations for which no others stand; where others contradict them, too."""
-    zero, width = program.zero, program.block.shape[1]
-    equations = program.sparse[:zero, :width].toarray() + program.sparse[:zero, width:] @ program.block
-    upper, order = qr(np.vstack([equations.T, program.right[:zero]]), mode="r", pivoting=True)
-    return np.sort(order[: int((np.abs(np.diagonal(upper)) > ROUNDING).sum())])
 
 
 def _derived(unit: Array, size: csr_array, constant: Array) -> Array:

@@ -27,7 +27,7 @@ class _Motion(NamedTuple):
 
 
 def rigid_motions(S: Array, own: Array) -> Array:
-    """(M, k) relative motions that strain nothing, an orthonormal basis: the slides, turns and lifts of bodies that no support guides.
+    """(M, k) relative motions that strain nothing, orthonormal, zeros without rounding: the slides, turns and lifts of bodies that no support guides.
 
     `own` (M,) are the sizes of S at its nodes (`own_stiffness`), so that a soft body beside a stiff one is not taken for a free one.
     """
@@ -38,7 +38,26 @@ def rigid_motions(S: Array, own: Array) -> Array:
     factor, order, rank, _ = dpstrf(S / np.outer(root, root), tol=RIGID)  # where pivots are rounding, the others follow what is left
     motions = np.eye(len(S), len(S) - rank, -rank)
     motions[:rank] = solve_triangular(factor[:rank, :rank], -factor[:rank, rank:])
-    return np.asarray(np.linalg.qr(motions[np.argsort(order)] / root[:, None])[0])
+    return without_rounding(np.linalg.qr(motions[np.argsort(order)] / root[:, None])[0])
+
+
+def nodal_motions(V: Array) -> Array:
+    """(M, k) a basis of the motions V (M, k) in which each of k chosen entries is 1 in one motion and 0 in the others.
+
+    The entries are chosen by pivoting, so that no other entry is large. Entries that are rounding are 0.
+    """
+    from scipy.linalg import qr
+
+    chosen = qr(V.T, mode="r", pivoting=True)[1][: V.shape[1]]
+    motions = without_rounding(np.linalg.solve(V[chosen].T, V.T).T)
+    motions[chosen] = np.eye(V.shape[1])
+    return motions
+
+
+def without_rounding(motions: Array) -> Array:
+    """Motions (M, k) with 0 for entries that are rounding beside the largest entry of their motion."""
+    size = np.abs(motions)
+    return np.where(size > CONDENSATION * size.max(axis=0, initial=0.0), motions, 0.0)
 
 
 class Statics:

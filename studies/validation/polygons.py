@@ -51,6 +51,27 @@ def least_critical(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any)
     return least
 
 
+def balanced(system: fo.ContactSystem, motions: np.ndarray, friction: float) -> float | None:
+    """Largest load factor at which forces within friction balance P and Q in motions (M, m) of size about one; None where scipy finds none."""
+    n, axes = system.nodes, system.tangents + 1
+    mean, pushed = (np.concatenate([q.T.ravel(), p]) for q, p in (system.bonded["P"], system.bonded["Q"]))
+    force = float(mean[-n:].sum())
+    unit = friction * force / float(np.linalg.norm(pushed[:-n].reshape(-1, n).sum(axis=1)))
+    size = np.r_[np.full((axes - 1) * n, friction * force), np.full(n, force)] / n
+    equal = np.column_stack([motions.T * size, -unit * (motions.T @ pushed)])
+    rows = np.abs(equal).max(axis=1)
+    shear, pressure = np.zeros((n, 2, len(size) + 1)), np.zeros((n, len(size) + 1))
+    for along in range(axes - 1):
+        shear[np.arange(n), along, along * n + np.arange(n)] = 1.0
+    pressure[np.arange(n), (axes - 1) * n + np.arange(n)] = 1.0
+    goal = -np.eye(len(size) + 1)[-1]
+    no = np.zeros(n)
+    status, x = _minimum(
+        goal, shear, np.zeros((n, 2)), pressure, no, less=(-pressure, no), equal=(equal / rows[:, None], motions.T @ mean / rows), lowest=0.0
+    )
+    return None if status != 0 else unit * float(x[-1])
+
+
 def _rows(system: fo.ContactSystem, cycle: fo.LoadCycle, nodes: Any) -> tuple[Any, Any, Any, Any]:
     """For these nodes at every corner: their numbers, rows of shear (m, 2, 2N + 1) and pressure in slips and load factor, and their units."""
     n, p0, (q1, p1) = system.nodes, cycle.mean_reaction(system)[1], cycle.corner_reactions(system)

@@ -1,9 +1,10 @@
 """Thousands of random contacts: every answer is compared with an independent one, or is an error of frictopt that names a remedy.
 
-Run with `python -m studies fuzz [--quick] [--cases N] [--seed S] [--only answers | differential | space]`. It prints wrong answers with their seeds,
-and the counts in Markdown; its exit status is 1 if any answer is wrong. Without a seed it draws a new one and prints it, so each run tests new cases;
-a quick run always has the same. The part "answers" has small contacts, ordinary and extreme. The part "differential" has contacts of 3 to 130 nodes,
-each solved in two equivalent descriptions. The part "space" has contacts in three dimensions. The tests run some of the same cases.
+Run with `python -m studies fuzz [--quick] [--cases N] [--seed S] [--only answers | differential | space | sliding]`. It prints wrong answers with
+their seeds, and the counts in Markdown; its exit status is 1 if any answer is wrong. Without a seed it draws a new one and prints it, so each run
+tests new cases; a quick run always has the same. The part "answers" has small contacts, ordinary and extreme. The part "differential" has contacts of
+3 to 130 nodes, each solved in two equivalent descriptions. The part "space" has contacts in three dimensions, the part "sliding" bodies that slide
+off. The tests run some of the same cases.
 """
 
 import argparse
@@ -30,12 +31,14 @@ from .cases import random_case
 from .checks import CHECKS, Finding, findings
 from .differential import DIFFERENTIAL, differences
 from .scenes import random_scene
+from .sliding import SLIDING, sliding_findings
 from .space import SPACE, space_findings
 
 PARTS: Mapping[str, tuple[Mapping[str, Any], Callable[[int], Iterator[Finding]]]] = {
     "answers": (CHECKS, lambda seed: findings(random_case(seed))),
     "differential": (DIFFERENTIAL, lambda seed: differences(random_scene(seed))),
     "space": (SPACE, lambda seed: space_findings(seed)),
+    "sliding": (SLIDING, lambda seed: sliding_findings(seed)),
 }
 """Part -> its questions, and what comes of them all for the case of a seed."""
 
