@@ -14,7 +14,7 @@ from ..errors import ModelError
 from .bodies import Body
 from .bolts import BoltPreload, Cut, cut_bodies, released
 from .condense import Glued
-from .contacts import Contact, Interference, check_touching, joined, shares
+from .contacts import Contact, Interference, check_touching, joined, normals_into, shares
 from .cyclic import Cyclic, sector_of
 from .elasticity import Kinematics, body_stiffness, midside_ties
 from .given import same_point
@@ -139,9 +139,10 @@ class Assembly:
         if again := [name for i, name in enumerate(self.names) if name in self.names[:i]]:
             raise ModelError(f"contacts: two are called {again[0]!r}; give each a name")
         self.joints, touched = [], defaultdict[tuple[str, str], list[Integers]](list)
-        for contact in contacts:
-            one, two = (self.body("contacts", name).through_corners for name in (contact.body_1, contact.body_2))
-            self.joints.append(joint := joined(contact, one, two, self.kinematics))
+        bodies = {name: self.body("contacts", name).through_corners for contact in contacts for name in (contact.body_1, contact.body_2)}
+        for contact, normals in zip(contacts, normals_into(contacts, bodies), strict=True):
+            one, two = (bodies[name] for name in (contact.body_1, contact.body_2))
+            self.joints.append(joint := joined(contact, one, two, normals, self.kinematics))
             touched[contact.body_1, contact.body_2].append(joint.nodes)
             touched[contact.body_2, contact.body_1].append(joint.projection.indices)
         check_touching(self.bodies, touched)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -18,11 +19,10 @@ from ..contact import COUNTS, SAME_POINT, Array, Integers, check_text, checked_s
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Kinematics, circumference, parts_of
-from .faces import FACED, Overlaps, areas_of, course, faced, facet_overlaps, facets_around, mortar_projection, node_normals, sag
+from .faces import FACED, Overlaps, areas_of, course, faced, facet_overlaps, facets_around, mortar_projection, sag
 from .given import same_point
 from .loads import Part, values_at
-
-_SMOOTH = 0.9  # least cosine between normals of faces that go on as one: sharp corners have less, meshes of curved faces more
+from .normals import SMOOTH, normals_of_faces
 
 
 @dataclass(frozen=True)
@@ -125,13 +125,31 @@ class Joint:
     missed: float  # largest distance by which facets may miss the curved faces they stand for, over the widest measured gap; 0 if none is measured
 
 
-def joined(contact: Contact, body_1: Body, body_2: Body, kinematics: Kinematics) -> Joint:
-    """Join the nodes of two faces by the dual mortar method, which makes pairs of nodes where the faces match."""
+def normals_into(contacts: Sequence[Contact], bodies: Mapping[str, Body]) -> list[Array]:
+    """(nodes of body 1, d) normals into body 1 of each contact; faces of the same two bodies that go on smoothly are one."""
+    together = defaultdict[tuple[str, str], list[int]](list)
+    for number, contact in enumerate(contacts):
+        together[contact.body_1, contact.body_2].append(number)
+    found = dict[int, Array]()
+    for (name, _), numbers in together.items():
+        mesh, faces = bodies[name].mesh, []
+        for number in numbers:
+            contact = contacts[number]
+            faces.append(facets_around(mesh, bodies[name].boundary(contact.boundary_1, f"contact {contact.name!r}, body {name!r}")))
+        found.update(zip(numbers, normals_of_faces(faces, mesh.p.T), strict=True))
+    return [found[number] for number in range(len(contacts))]
+
+
+def joined(contact: Contact, body_1: Body, body_2: Body, normals: Array, kinematics: Kinematics) -> Joint:
+    """Join the nodes of two faces by the dual mortar method, which makes pairs of nodes where the faces match.
+
+    `normals` (nodes of body 1, d) point into body 1, see `normals_into`.
+    """
     start, other = (f"contact {contact.name!r}, body {name!r}" for name in (contact.body_1, contact.body_2))
     facets, others = body_1.boundary(contact.boundary_1, start), body_2.boundary(contact.boundary_2, other)
     one, two, x, y = facets_around(body_1.mesh, facets), facets_around(body_2.mesh, others), body_1.mesh.p.T, body_2.mesh.p.T
     nodes, near = np.unique(one) if kinematics == "space" else course(body_1, contact.boundary_1, start), same_point(x)
-    inward = node_normals(one, x)[nodes]
+    inward = normals[nodes]
     overlaps = facet_overlaps(one, x, two, y)
     _check_faced(contact, overlaps, x[one])
     depth = circumference(np.sum(overlaps.phi * x[overlaps.own, 0], axis=1), kinematics)
@@ -248,7 +266,7 @@ def shares(
     heir, total, unit = np.arange(n), normals.copy(), normals / np.linalg.norm(normals, axis=1)[:, None]
     opposite = np.array([one.body_2 for one in contacts])[contact]
     for k in np.flatnonzero(~kept).tolist():
-        on = kept & (nodes == nodes[k]) & (opposite == opposite[k]) & (unit @ unit[k] > _SMOOTH)
+        on = kept & (nodes == nodes[k]) & (opposite == opposite[k]) & (unit @ unit[k] > SMOOTH)
         free = np.flatnonzero(kept & (contact == contact[k]))
         if not len(free):
             name = contacts[contact[k]].name

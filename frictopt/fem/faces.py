@@ -46,18 +46,6 @@ def areas_of(corners: Array) -> Array:
     return np.asarray(np.cross(arms, np.roll(arms, -1, axis=1)).sum(axis=1) / 2)
 
 
-def node_normals(facets: Integers, points: Array) -> Array:
-    """(nodes, d) normals of facets (facets, corners) at their nodes, of any length, weighted as by Max (1999): exact on circles and spheres.
-
-    Weighted by areas they would lean where sizes, or the diagonals of triangles, differ from side to side: round fits would wedge as they turn.
-    """
-    corners, normals = points[facets], np.zeros_like(points)
-    ahead, back = (np.roll(corners, step, axis=1) - corners for step in (-1, 1))
-    turned, beside = (np.cross(ahead, back), np.sum(back**2, axis=2)) if points.shape[1] == 3 else (areas_of(corners)[:, None], 1.0)
-    np.add.at(normals, facets, turned / (np.sum(ahead**2, axis=2) * beside)[..., None])
-    return normals
-
-
 def sag(facets: Integers, points: Array) -> Array:
     """(nodes,) distance by which the facets at a node may miss the curved face that they stand for, from the angle that they turn there."""
     corners = points[facets]

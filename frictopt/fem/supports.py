@@ -10,9 +10,8 @@ from ..contact import SAME_POINT, Array, Booleans, Integers, check_text, choice,
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import corner_weights, facet_nodes, places_of
-from .faces import facets_around, node_normals, normals_of
-
-_EDGE = 0.9  # least cosine between the normal of a node and those of the facets around it: as of faces that go on as one
+from .faces import facets_around, normals_of
+from .normals import SMOOTH, normals_of_faces
 
 Place = str | tuple[float, ...]
 """Name of a boundary, or the coordinates of one node."""
@@ -121,17 +120,17 @@ def normals_along(body: Body, supports: Sequence[Support], seam: Seam | None = N
     mesh, points = body.mesh, body.mesh.p.T
     faces = [body.boundary(str(support.where), f"support of body {support.body!r}") for support in supports]
     around = [facets_around(mesh, facets) for facets in faces]
-    weighted = np.array([node_normals(corners, points) for corners in around])
+    weighted = np.array(normals_of_faces(around, points))
     if seam:
         high, low, turn = seam
         both = np.all([weighted[:, side].any(axis=2, keepdims=True) for side in (low, high)], axis=0)
         weighted[:, low] += both * (weighted[:, high] @ turn)
         weighted[:, high] = np.where(both, weighted[:, low] @ turn.T, weighted[:, high])
-    smooth = np.einsum("and,bnd->abn", _unit(weighted), _unit(weighted)) > _EDGE
+    smooth = np.einsum("and,bnd->abn", _unit(weighted), _unit(weighted)) > SMOOTH
     found = []
     for support, facets, corners, own in zip(supports, faces, around, _unit(np.einsum("abn,bnd->and", smooth, weighted)), strict=True):
         lean = np.einsum("fcd,fd->fc", own[corners], normals_of(points[corners])).min(axis=1)
-        if (i := first_of(lean < _EDGE, -lean)) is not None:
+        if (i := first_of(lean < SMOOTH, -lean)) is not None:
             raise ModelError(
                 f"supports: {support} has an edge around {place(points[corners[i]].mean(axis=0))}, where its nodes have two normals; name the face "
                 "on either side of the edge, and give each a support, or mesh a curved face finer"

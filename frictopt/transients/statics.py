@@ -163,13 +163,29 @@ class Statics:
             return None  # the closed contact rests
         asked: list[tuple[Array, bool, Array]] = [(self._motions, False, load)]
         if self._slides is not None and (rest := settled(self._system, load[-n:] - self._system.C @ gap)) is not None:
-            holding = np.where(self._strong, self._system.shear_strength / np.where(self._strong, self._friction, 1.0), np.inf)
-            asked.append((self._slides, True, np.r_[load[:-n], np.minimum(rest[1], holding)]))
+            asked.append((self._slides, True, np.r_[load[:-n], self._within_strength(rest[1])]))
         for motions, pressed, forces in asked:
             for V in (self._shifts(motions), motions) if motions.size else ():  # a body that may slide and turn is said to slide
                 if (phi := self._driven(V, pressed, forces)) is not None:
                     return self._sentence(name, forces, phi)
         return None
+
+    def slides_off(self, name: str, forces: Array) -> str | None:
+        """What a load does to bodies that may slide without opening the contact, as a sentence that names it; None where friction holds them.
+
+        `forces` (M,) are the reactions to the load if nothing slips any more. Self-stress, such as that of a press fit, is in their pressures alone:
+        statics does not know it. Slip may change the pressures, so this proves nothing unless no state is found besides.
+        """
+        _, opens, turn = np.linalg.svd(self._motions[-self._system.nodes :], full_matrices=False)
+        sliding = self._motions @ turn[opens <= CONDENSATION].T
+        pressed = forces.copy()
+        pressed[-self._system.nodes :] = self._within_strength(forces[-self._system.nodes :].clip(0.0))
+        phi = self._driven(sliding, True, pressed)
+        return None if phi is None else self._sentence(name, pressed, phi)
+
+    def _within_strength(self, p: Array) -> Array:
+        """(N,) normal forces, as far as friction grows with them."""
+        return np.minimum(p, np.where(self._strong, self._system.shear_strength / np.where(self._strong, self._friction, 1.0), np.inf))
 
     def _sentence(self, name: str, load: Array, phi: Array) -> str:
         """What moves, where to, and the forces: those of the load and of friction in units of the mean slip."""

@@ -10,14 +10,16 @@ from numpy.typing import NDArray
 from ..contact import Array, Booleans, ContactSystem, most_shear, whole_number
 from ..errors import ModelError, NoContinuation, SolverError
 from .begin import OPEN, STICK, Cycle, Transient
-from .statics import check_sliding, rigid_motions
+from .statics import Statics, check_sliding, rigid_motions
 
 ENGINES = MappingProxyType({"newton": "NewtonIncrement", "qp": "FrozenBoundIncrement", "milp": "ExactIncrement"})
 """Ways to solve an increment, and the names of their classes."""
 
 _STEPS = 20  # increments from corner to corner, unless another number is given
 _PARTS, _LEAST = 4, 32  # finer increments that tell an error: of each one, and from corner to corner, at least
-_TAIL = 0.5 ** (np.arange(1, 13) / 2)  # shares of the last one that are left at more of them: just above a limit nodes slip shortly before a corner
+# Shares of the last of the finer increments that are left at more of them. Just above a limit nodes slip shortly before a corner alone, in a part of
+# the way that is as small as the load factor is close to the limit.
+_TAIL = np.concatenate([0.5 ** (np.arange(1, 13) / 2), 0.5 ** np.arange(7, 21)])
 
 
 class Point(NamedTuple):
@@ -75,9 +77,7 @@ class SteppedPath(Transient):
             try:
                 u, r, status = next(states)
             except (NoContinuation, SolverError) as error:
-                free = isinstance(error, SolverError) and rigid_motions(self.system.S, self.system.own_stiffness).size
-                hint = f" ({self.forces_there(self.state.r)})" if free else ""
-                raise type(error)(f"{where}, increment {step} of {len(loads)}: {error}{hint}") from error
+                raise self._end(error, load, f"{where}, increment {step} of {len(loads)}") from error
             before = self.state
             moved = np.sqrt(((u - before.u)[:-n].reshape(-1, n) ** 2).sum(axis=0)) * (status != OPEN)
             bound = most_shear(self.system, self.friction, np.array([before.r, r])[:, -n:]).mean(axis=0)
@@ -86,6 +86,16 @@ class SteppedPath(Transient):
             points.append(self.state)
         self.bonded, self.visited, self.unproven = bonded, self.visited + 1, self.events  # nothing is proven of any event
         return points
+
+    def _end(self, error: NoContinuation | SolverError, load: Array, where: str) -> NoContinuation | SolverError:
+        """The error of an increment that finds no state under a load, which says where, and that the body slides off where it does."""
+        system = self.system
+        if isinstance(error, NoContinuation) or not rigid_motions(system.S, system.own_stiffness).size:
+            return type(error)(f"{where}: {error}")
+        slides = Statics(system, self.friction).slides_off("the load there", load + system.S @ self.state.u)
+        if slides:
+            return NoContinuation(f"{where}: {slides}; no state was found")
+        return SolverError(f"{where}: {error} ({self.forces_there(self.state.r)})")
 
     def finer(self) -> tuple[Self, int]:
         """A copy that goes on in finer increments, and into how many it parts each one."""

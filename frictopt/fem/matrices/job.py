@@ -12,7 +12,8 @@ from scipy.spatial import cKDTree
 from ...contact import Array, Integers, finite_array, finite_number, frozen, real_array, shown
 from ...errors import ModelError
 from ..elasticity import boundary_forces, facet_nodes, midside_ties
-from ..faces import facets_around, lines_along, node_normals
+from ..faces import facets_around, lines_along
+from ..normals import node_normals
 from .deck import rows_of_nodes
 from .labelled import LabelledMatrix
 from .meshes import between
