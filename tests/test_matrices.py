@@ -67,7 +67,7 @@ def test_normals_of_a_round_face_point_outwards(tmp_path):
     n = 12
     angle = 2 * np.pi * np.arange(n) / n
     inner, outer = np.column_stack([np.cos(angle), np.sin(angle)]), 2 * np.column_stack([np.cos(angle), np.sin(angle)])
-    lines = ["*Node", *(f"{i + 1}, {x:.16g}, {y:.16g}" for i, (x, y) in enumerate([*inner, *outer])), "*Element, type=cpe4, elset=ring"]
+    lines = ["*Node", *(f"{i + 1}, {x:.16f}, {y:.16f}" for i, (x, y) in enumerate([*inner, *outer])), "*Element, type=cpe4, elset=ring"]
     lines += [f"{i + 1}, {i + 1}, {n + i + 1}, {n + (i + 1) % n + 1}, {(i + 1) % n + 1}" for i in range(n)]
     lines += ["*Nset, nset=hole, generate", f"1, {n}, 1"]
     stiffness(tmp_path, 2 * 2 * n, lines)
@@ -130,7 +130,7 @@ def test_decks_are_read_as_written(squares):
 def test_surfaces_name_their_nodes(squares):
     """Of faces of elements and of nodes; a set of the same name goes first."""
     named = "*SURFACE, NAME=Side\nFIRST, S4\n*SURFACE, NAME=Nodes, TYPE=NODE\nRIGHT\n10\n*SURFACE, NAME=Right\n1, S4\n"
-    named += "*SURFACE, NAME=Around\nALL, S3\n1, S4\n7, S1\n*SURFACE, NAME=Lost\n99, S1"
+    named += "*SURFACE, NAME=Around\nALL, S3\n1, S4\n7, S1\n*ELEMENT, TYPE=MASS, ELSET=HEAVY\n99, 10\n*SURFACE, NAME=Lost\nHEAVY, S1"
     (squares / "job.inp").write_text(SQUARES + named)
     job = fo.read_calculix(squares / "job")
     assert {name: job.deck.numbers[job.nodes(name)].tolist() for name in ("side", "NODES", "RIGHT")} == {
@@ -141,7 +141,7 @@ def test_surfaces_name_their_nodes(squares):
     assert np.array_equal(job.force("Side", pressure=1.0), job.force([0, 1], pressure=1.0))
     with pytest.raises(fo.ModelError, match="'AROUND': other facets lie between its nodes too"):  # the end at x = 2
         job.nodes("around")
-    with pytest.raises(fo.ModelError, match="'LOST': no element of the deck has one of its faces"):
+    with pytest.raises(fo.ModelError, match="'LOST': no solid of the deck has one of its faces"):
         job.nodes("lost")
 
 
@@ -175,7 +175,7 @@ UNUSED = [
     ("*NSET, NSET=Both", "*contact pair, interaction=i\ns_up, s_low\n*step, nlgeom\n*NSET, NSET=Both"),
     ("*node, nset=Left", "*system\n*node, nset=Left, system=r"),
     ("*NSET, NSET=Both", "*instance, name=a-1, part=a\n 0., 0., 0.\n*NSET, NSET=Both"),
-    ("*NSET, NSET=Both", "*ELEMENT, TYPE=MASS\n1, 10\n*ELEMENT, TYPE=U1\n9, 10, 20, 30,\n9, 50\n*NSET, NSET=Both"),  # two lines of nodes
+    ("*NSET, NSET=Both", "*ELEMENT, TYPE=MASS\n1, 10\n*ELEMENT, TYPE=U1\n9, 10, 20, 30,\n40, 50\n*NSET, NSET=Both"),  # two lines of nodes
 ]
 
 

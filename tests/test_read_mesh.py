@@ -84,16 +84,24 @@ def test_surfaces_of_a_deck_are_faces_of_its_elements(tmp_path, kind):
     nodes = "".join(f"{i}, {', '.join(corner)}\n" for i, corner in enumerate(corners.split(), start=1))
     deck = f"*NODE\n{nodes}*ELEMENT, TYPE={kind}, ELSET=ALL\n7, {', '.join(map(str, range(1, 1 + len(corners.split()))))}\n"
     deck += "".join(f"*SURFACE, NAME=Face{i}\n{'ALL, S' if i % 2 else '7, s'}{i}\n" for i in range(1, 1 + len(places)))
-    (tmp_path / "a.inp").write_text(deck + "*SURFACE, TYPE=ELEMENT, NAME=BOTH\nALL, S1\nALL, S2\n*SURFACE, NAME=SHELL\nALL, SPOS\n")
+    (tmp_path / "a.inp").write_text(deck + "*SURFACE, TYPE=ELEMENT, NAME=BOTH\nALL, S1\nALL, S2\n*SURFACE, NAME=SKIN\nALL, S1\nALL,\n")
     mesh = fo.read_mesh(tmp_path / "a.inp")
     found = middles(mesh)
-    assert sorted(found) == sorted(["BOTH", *(f"FACE{i}" for i in range(1, 1 + len(places)))])
+    assert sorted(found) == sorted(["BOTH", "SKIN", *(f"FACE{i}" for i in range(1, 1 + len(places)))])
     for i, middle in enumerate(places, start=1):
         assert np.allclose(found[f"FACE{i}"], [middle])
     assert sorted(found["BOTH"]) == sorted([*found["FACE1"], *found["FACE2"]])
-    for odd in ("9, S1", "ALL, S1\nALL, SPOS", "ALL, S1\nALL,"):  # no part of a surface that cannot be read
+    assert sorted(found["SKIN"]) == sorted(middle for i in range(1, 1 + len(places)) for middle in found[f"FACE{i}"])
+    bad = {
+        "9, S1": "names element 9, which is not defined",
+        "ALL, S1\nALL, SPOS": "SPOS is no face",
+        ", S1": "without an element set",
+        "": "no lines",
+    }
+    for odd, said in bad.items():  # no part of a surface that cannot be read
         (tmp_path / "b.inp").write_text(deck + f"*SURFACE, NAME=BAD\n{odd}\n")
-        assert "BAD" not in fo.read_mesh(tmp_path / "b.inp").boundaries
+        with pytest.raises(fo.ModelError, match=f"surface BAD.*{said}"):
+            fo.read_mesh(tmp_path / "b.inp")
     (tmp_path / "b.inp").write_text(deck + "*SURFACE, NAME=BAD\n" + (f"ALL, S{len(places) + 1}\n" if len(places) < 6 else "NONE, S1\n"))
     with pytest.raises(fo.ModelError, match=r"surface BAD: face S|a surface names 'NONE'"):
         fo.read_mesh(tmp_path / "b.inp")

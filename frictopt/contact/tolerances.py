@@ -15,7 +15,7 @@ RESIDUAL = 1e-9
 
 SIMULTANEOUS = RESIDUAL  # events this close, relative, count as simultaneous: their times are answers
 EQUILIBRIUM = 1e3 * CONDENSATION  # error of equilibrium, over the forces, above which a condensation is refused: far above its rounding
-SAME_POINT = 10 * CONDENSATION  # two nodes coincide within this share of the body's size: coordinates have ten digits or more
+SAME_POINT = 10 * CONDENSATION  # two nodes coincide within this share of the body's size, if the digits of its coordinates are not known
 COUNTS = 1e3 * RESIDUAL  # forces and gaps above this share of the largest ones are no errors of a state: those are of the size of the residual
 PERIODIC = RESIDUAL / 10  # change of slip over a cycle, over the slip scale, that counts as none: a part of the residual of a steady state
 REPEATED = ROUNDING / 10  # change over a cycle from which on the limit is reached, whatever the factor by which the changes shrink

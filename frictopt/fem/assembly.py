@@ -13,11 +13,11 @@ from ..contact import ROUNDING, SAME_POINT, Array, Booleans, Integers, choice, f
 from ..errors import ModelError
 from .bodies import Body
 from .bolts import BoltPreload, Cut, cut_bodies, released
+from .coincidence import mesh_errors, one_point
 from .condense import Glued
 from .contacts import Contact, Interference, check_touching, joined, normals_into, shares
 from .cyclic import Cyclic, sector_of
 from .elasticity import Kinematics, body_stiffness, midside_ties
-from .given import same_point
 from .interface import ASKEW, Interface, blocks_of, frames_of, guided, openings, own_directions
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, NodalForces, Pressure, Traction, values_at
 from .rigid import NO_ROWS, assemblies, free_motions, node_graph
@@ -29,10 +29,11 @@ Load: TypeAlias = Traction | Pressure | BodyForce | Centrifugal | Expansion | Di
 class Assembly:
     """The parts of a `ContactModel`; all nodes are counted body after body, of each body all x displacements come first, then all y, and so on.
 
-    `points`, `rows` and `free_rows` are (nodes, d) coordinates and unknowns, -1 where held, -2 where following others by the matrix `tied`, as nodes
-    amid edges of contact faces do. Free rows are those along `directions` (nodes, d, d): of `oblique` nodes, which supports hold along other normals
-    than the axes, their own. A corner of several contacts is in as many of the N pairs as move independently. The pairs have number of the contact,
-    gap and width (N,), and `sides`, (N, nodes) matrices of the nodes of body 1, and of the places of body 2, that they lie at.
+    `points` and `errors` are (nodes, d) coordinates and their errors, `rows` and `free_rows` unknowns, -1 where held, -2 where following others by
+    the matrix `tied`, as nodes amid edges of contact faces do. Free rows are those along `directions` (nodes, d, d): of `oblique` nodes, which
+    supports hold along other normals than the axes, their own. A corner of several contacts is in as many of the N pairs as move independently. The
+    pairs have number of the contact, gap and width (N,), and `sides`, (N, nodes) matrices of the nodes of body 1, and of the places of body 2, that
+    they lie at.
     """
 
     def __init__(
@@ -50,6 +51,7 @@ class Assembly:
         first = np.cumsum([0, *(mesh.p.shape[1] for mesh in meshes)]).tolist()
         self.first_node = dict(zip(bodies, first, strict=False))
         self.points = np.concatenate([mesh.p.T for mesh in meshes])
+        self.errors = np.concatenate([mesh_errors(mesh) for mesh in meshes])
         own = [np.arange(mesh.p.size).reshape(mesh.p.shape).T for mesh in meshes]
         self.rows: Integers = np.concatenate([len(mesh.p) * start + rows for start, mesh, rows in zip(first, meshes, own, strict=False)])
         self._join(contacts)
@@ -190,14 +192,14 @@ class Assembly:
         number = np.repeat(np.arange(len(contacts)), [len(joint.nodes) for joint in self.joints])
         normals, widths, gap = (np.concatenate([getattr(joint, name) for joint in self.joints]) for name in ("normals", "widths", "gap"))
         every = number, ones, projection, normals, widths, gap
-        number, ones, projection, normals, widths, gap = self.sector.once(self.names, every, self.points)
-        links, near, others = projection.tocoo(), same_point(self.points), np.full(len(ones), -1)
-        lie = np.linalg.norm(self.points[links.col] - self.points[ones[links.row]], axis=1) <= near
+        number, ones, projection, normals, widths, gap = self.sector.once(self.names, every, self.points, self.errors)
+        links, others, node = projection.tocoo(), np.full(len(ones), -1), ones[projection.tocoo().row]
+        lie = one_point(self.points[links.col] - self.points[node], self.errors[links.col] + self.errors[node])
         others[links.row[lie]] = links.col[lie]
-        kept, means, normals = shares(contacts, number, ones, others, self.points[ones], normals, widths, near)
+        kept, means, normals = shares(contacts, number, ones, others, self.points[ones], normals, widths, self.errors[ones])
         opening = csr_matrix(means @ openings(ones, projection))
         directions = self.directions if len(self.oblique) else None
-        normals, ways, able = guided(ones[kept], opening, self.free_rows, normals, self.points, near, directions)
+        normals, ways, able = guided(ones[kept], opening, self.free_rows, normals, self.points, self.errors, directions)
         self.pairs = Interface(ones[kept], opening, frames_of(normals, ways), able, directions)
         self.sides = identity(len(self.points), format="csr")[ones[kept]], projection[kept]
         self.contact, self.gap, self.width = number[kept], np.asarray(means @ gap), np.asarray((means > 0) @ np.where(ones == others, 0.0, widths))

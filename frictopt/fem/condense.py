@@ -14,7 +14,8 @@ from scipy.sparse.csgraph import connected_components
 
 from ..contact import EQUILIBRIUM, SAME_POINT, Array, ContactSystem, Integers, bar_of, checked_cases, checked_contact, finite_array, place
 from ..errors import ModelError
-from .given import check_forgotten, checked_gap, checked_normals, checked_pairs, checked_rows, checked_stiffness, same_point
+from .coincidence import coordinate_errors
+from .given import check_forgotten, checked_gap, checked_normals, checked_pairs, checked_rows, checked_stiffness
 from .interface import Interface, check_course, check_sides, frames_of, guided, half_widths, openings
 from .rigid import balanced, check_supports, free_motions, node_graph
 from .schur import Factor, eliminate, nested_dissection
@@ -140,9 +141,10 @@ def condense(
     n, x = len(nodes), where[nodes]
     names = checked_contact("contact", ["contact"] * n if contact is None else contact, n).tolist()
     opening = openings(nodes, P)
-    directions, _, able = guided(nodes, opening, rows, checked_normals(normals, x.shape), where, same_point(where))
+    errors = coordinate_errors(where)
+    directions, _, able = guided(nodes, opening, rows, checked_normals(normals, x.shape), where, errors)
     frames = frames_of(directions)
-    apart = checked_gap(gap, x, x - P @ where, frames[:, -1], same_point(where))
+    apart = checked_gap(gap, x, x - P @ where, frames[:, -1], errors[nodes] + abs(P) @ errors)
     F = {name: finite_array(f"loads[{name!r}]", force, K.shape[:1]) for name, force in checked_cases("loads", loads, "nodal forces").items()}
     for name, force in F.items():
         if force.any() and not np.delete(force, np.asarray(held, dtype=np.intp)).any():

@@ -12,15 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.cluster.hierarchy import DisjointSet
 from scipy.sparse import csr_matrix
-from scipy.spatial import cKDTree
 from skfem import Mesh
 
-from ..contact import COUNTS, SAME_POINT, Array, Integers, check_text, checked_springs, finite_number, first_of, place, shown
+from ..contact import COUNTS, Array, Integers, check_text, checked_springs, finite_number, first_of, place, shown
 from ..errors import ModelError
 from .bodies import Body
+from .coincidence import along, coincident, measured, mesh_errors
 from .elasticity import Kinematics, circumference, parts_of
 from .faces import FACED, Overlaps, areas_of, course, faced, facet_overlaps, facets_around, mortar_projection, sag
-from .given import same_point
 from .loads import Part, values_at
 from .normals import SMOOTH, normals_of_faces
 
@@ -48,7 +47,7 @@ class Contact:
         None: the faces touch. A function of the coordinates (arrays): the initial gap at the nodes of faces that touch in the mesh, such as that of
         a rounded body. "measured": the distance of the meshes along the normal is the initial gap. On curved faces it has the error of the facets:
         overlaps up to their sag count as touching, so mesh finely enough that the sag is small beside the gap; a `ModelWarning` says
-        where it is not.
+        where it is not. What the digits of the coordinates do not tell is no gap.
     tangential_stiffness, normal_stiffness
         Stiffness of the rough surfaces between the bodies, force per length^3, see `ContactSystem.with_contact_stiffness`; inf: rigid.
 
@@ -148,16 +147,19 @@ def joined(contact: Contact, body_1: Body, body_2: Body, normals: Array, kinemat
     start, other = (f"contact {contact.name!r}, body {name!r}" for name in (contact.body_1, contact.body_2))
     facets, others = body_1.boundary(contact.boundary_1, start), body_2.boundary(contact.boundary_2, other)
     one, two, x, y = facets_around(body_1.mesh, facets), facets_around(body_2.mesh, others), body_1.mesh.p.T, body_2.mesh.p.T
-    nodes, near = np.unique(one) if kinematics == "space" else course(body_1, contact.boundary_1, start), same_point(x)
+    nodes = np.unique(one) if kinematics == "space" else course(body_1, contact.boundary_1, start)
+    errors, others_errors = mesh_errors(body_1.mesh), mesh_errors(body_2.mesh)
     inward = normals[nodes]
     overlaps = facet_overlaps(one, x, two, y)
     _check_faced(contact, overlaps, x[one])
     depth = circumference(np.sum(overlaps.phi * x[overlaps.own, 0], axis=1), kinematics)
     P, widths = mortar_projection(replace(overlaps, weights=overlaps.weights * depth), nodes, len(y))
-    allowed = near + sag(one, x)[nodes] + np.maximum.reduceat(sag(two, y)[P.indices], P.indptr[:-1])
+    unit = inward / np.linalg.norm(inward, axis=1)[:, None]
+    error = along(unit, errors[nodes] + abs(P) @ others_errors)
+    allowed = error + sag(one, x, errors)[nodes] + np.maximum.reduceat(sag(two, y, others_errors)[P.indices], P.indptr[:-1])
     coarser = _edge(x[one]) / _edge(y[two[np.isin(two, P.indices).all(axis=1)]])
-    gap = _initial_gap(contact, x[nodes], x[nodes] - P @ y, inward, allowed)
-    missed = float(allowed.max() - near) / max(float(gap.max()), near) if contact.gap == "measured" else 0.0
+    gap = _initial_gap(contact, x[nodes], np.sum((x[nodes] - P @ y) * unit, axis=1), error, allowed)
+    missed = float((allowed - error).max()) / max(float(gap.max()), float(error.min())) if contact.gap == "measured" else 0.0
     return Joint(nodes, inward, widths, P, gap, coarser, missed)
 
 
@@ -166,14 +168,16 @@ def _edge(corners: Array) -> float:
     return float(np.linalg.norm(np.roll(corners, 1, axis=1) - corners, axis=2).mean())
 
 
-def _initial_gap(contact: Contact, points: Array, opening: Array, normals: Array, allowed: Array) -> Array:
-    """(n,) initial gap at nodes of body 1 that are away from their places on body 2 by `opening` (n, d); `allowed` (n,) counts as nothing."""
-    distance = np.sum(opening * (normals / np.linalg.norm(normals, axis=1)[:, None]), axis=1)
-    start, measured = f"contact {contact.name!r}, at", contact.gap == "measured"
+def _initial_gap(contact: Contact, points: Array, distance: Array, error: Array, allowed: Array) -> Array:
+    """(n,) initial gap at nodes of body 1 that are away from their places on body 2 by a distance (n,); `allowed` (n,) counts as nothing.
+
+    A measured gap counts from the error (n,) of the coordinates on.
+    """
+    start = f"contact {contact.name!r}, at"
     if (i := first_of(distance < -allowed, -distance)) is not None:
         raise ModelError(f"{start} {place(points[i])}: the bodies overlap by {-distance[i]:g}; move them apart, and give an Interference load")
-    if measured:
-        return np.where(distance > SAME_POINT * np.ptp(points), distance, 0.0)
+    if contact.gap == "measured":
+        return measured(distance, error)
     if (i := first_of(distance > allowed, distance)) is not None:
         raise ModelError(f'{start} {place(points[i])}: the faces do not touch, they are {distance[i]:g} apart; move them, or say gap="measured"')
     gap = values_at(f"contact {contact.name!r}: gap", contact.gap if callable(contact.gap) else 0.0, points.T)
@@ -205,10 +209,11 @@ def check_touching(bodies: Mapping[str, Body], joined: Mapping[tuple[str, str], 
     for one, two in combinations(bodies, 2):
         nodes = [np.concatenate([*joined.get(pair, []), np.zeros(0, int)]) for pair in ((one, two), (two, one))]
         meshes = bodies[one].mesh, bodies[two].mesh
-        near = SAME_POINT * min(float(np.ptp(mesh.p, axis=1).max()) for mesh in meshes)
+        errors = [mesh_errors(mesh) for mesh in meshes]
+        near = sum(float(error.max()) for error in errors)
         low, high = (pick([edge(mesh.p, axis=1) for mesh in meshes], axis=0) for pick, edge in ((np.max, np.min), (np.min, np.max)))
         P, Q = (_free_facets(mesh, own, low - near, high + near) for mesh, own in zip(meshes, nodes, strict=True))
-        if len(P) and len(Q) and len(at := _common(P, meshes[0].p.T, Q, meshes[1].p.T, near)):
+        if len(P) and len(Q) and len(at := _common(P, meshes[0].p.T, errors[0], Q, meshes[1].p.T, errors[1])):
             raise ModelError(
                 f"contacts: bodies {one!r} and {two!r} touch around {place(at[0])}, and no contact joins them there: they would pass through each "
                 "other; add a Contact of these faces, all of them (a corner may belong to several), or move or merge the bodies"
@@ -225,11 +230,14 @@ def _free_facets(mesh: Mesh, joined: Integers, low: Array, high: Array) -> Integ
     return facets_around(mesh, outline[free])
 
 
-def _common(P: Integers, x: Array, Q: Integers, y: Array, near: float) -> Array:
+def _common(P: Integers, x: Array, x_errors: Array, Q: Integers, y: Array, y_errors: Array) -> Array:
     """(m, d) the middles of what facets of one body have in common with the facets of the other one that they lie on."""
     overlaps = facet_overlaps(P, x, Q, y)
     at, on = np.einsum("mk,mkd->md", overlaps.phi, x[overlaps.own]), np.einsum("mk,mkd->md", overlaps.chi, y[overlaps.other])
-    weights = np.where(np.linalg.norm(at - on, axis=1) <= near, overlaps.weights, 0.0)
+    errors = np.einsum("mk,mkd->md", overlaps.phi, x_errors[overlaps.own]) + np.einsum("mk,mkd->md", overlaps.chi, y_errors[overlaps.other])
+    distance = np.linalg.norm(at - on, axis=1)
+    error = along((at - on) / np.maximum(distance, np.finfo(float).tiny)[:, None], errors)
+    weights = np.where(measured(distance, error) > 0, 0.0, overlaps.weights)
     sizes = np.bincount(overlaps.facet, weights, minlength=len(P))
     touching = sizes > COUNTS * np.linalg.norm(areas_of(x[P]), axis=1)
     middles = np.column_stack([np.bincount(overlaps.facet, weights * part, minlength=len(P)) for part in at.T])
@@ -237,7 +245,7 @@ def _common(P: Integers, x: Array, Q: Integers, y: Array, near: float) -> Array:
 
 
 def shares(
-    contacts: Sequence[Contact], contact: Integers, nodes: Integers, others: Integers, points: Array, normals: Array, widths: Array, near: float
+    contacts: Sequence[Contact], contact: Integers, nodes: Integers, others: Integers, points: Array, normals: Array, widths: Array, errors: Array
 ) -> tuple[Integers, csr_matrix, Array]:
     """The pairs that are kept of N, the (kept, N) matrix of the means that their relative motions stand for, and their (kept, d) normals.
 
@@ -249,10 +257,10 @@ def shares(
     crack, is no pair: what moves it relative to its place, where the faces do not match, counts with the next pair, of which the width stays.
 
     Of each pair are given the number of the contact, increasing, the node of body 1 and the one of body 2 that it lies on (-1: none), the place, the
-    normal, of any length, and the width; and the distance up to which two places are one.
+    normal, of any length, and the width; and the errors of the coordinates of the place.
     """
     n, still = len(nodes), nodes == others
-    i, j = cKDTree(points).query_pairs(near, output_type="ndarray").T
+    i, j = coincident(points, errors)
     spot = parts_of((i, j), n)
     crowded = np.flatnonzero((np.bincount(spot)[spot] > 1) & ~still).tolist()
     ends = [[(contacts[contact[k]].body_1, int(nodes[k])), (contacts[contact[k]].body_2, int(others[k]))] for k in crowded]

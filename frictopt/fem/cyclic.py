@@ -15,9 +15,9 @@ from scipy.spatial.transform import Rotation
 from ..contact import COUNTS, ROUNDING, SAME_POINT, Array, Booleans, Integers, check_text, first_of, place
 from ..errors import ModelError
 from .bodies import Body
+from .coincidence import mesh_errors
 from .elasticity import Kinematics, facet_nodes
 from .faces import FACED, areas_of, faced, facet_overlaps, facets_around, mortar_projection, sag
-from .given import same_point
 from .interface import ASKEW, blocks_of, frames_of
 from .supports import Seam, axis_of, checked_axis
 
@@ -163,7 +163,7 @@ class Sector:
                 told = f"{load} is another one in the next sector, turned by 360/{self.count} degrees"
                 raise ModelError(f"{argument}: {told}; give functions of the coordinates that turn so, a spin about the axis, or the whole ring")
 
-    def once(self, names: Sequence[str], pairs: tuple[Any, ...], points: Array) -> tuple[Any, ...]:
+    def once(self, names: Sequence[str], pairs: tuple[Any, ...], points: Array, errors: Array) -> tuple[Any, ...]:
         """The pairs but those of copied nodes: in the ring each is one pair with that of the node that it copies, and adds normal and width to it.
 
         Of each pair are given the number of its contact, its node of body 1, its place on body 2, a row over all nodes, normal, width and gap.
@@ -183,7 +183,8 @@ class Sector:
                 "on both bodies and on both cut faces; let nodes match there (gmsh: fragment the bodies, and setPeriodic from cut to cut), call the "
                 "faces on one side `low` of both bodies, or cut where no contact is"
             )
-        if (k := first_of(np.abs(gap[high] - gap[low]) > COUNTS * gap.max(initial=0.0))) is not None:
+        written = 4 * np.linalg.norm(errors[nodes[high]], axis=1)  # the gap of each has the errors of two places
+        if (k := first_of(np.abs(gap[high] - gap[low]) > COUNTS * gap.max(initial=0.0) + written)) is not None:
             at = f"{names[contact[high[k]]]!r} at {place(points[nodes[high[k]]])}"
             told = f"{at} is {gap[high[k]]:g}, and {gap[low[k]]:g} at the node that it copies"
             raise ModelError(f"contacts: the gap of {told}, on the other cut face; give gaps that repeat from sector to sector")
@@ -210,8 +211,8 @@ def sector_of(cuts: Sequence[Cyclic], bodies: Mapping[str, Body], kinematics: Ki
     uncut = Sector(none, csr_matrix((0, 0)), none, none, np.eye(d), np.zeros(d), np.zeros(d), 1, {})
     (one, first), *others = found.items() or [("", uncut)]
     for name, other in others:
-        near = same_point(bodies[one].mesh.p.T)
-        if np.abs(other.turn - first.turn).max() > SAME_POINT or np.abs(other.shift - first.shift).max() > near:
+        off = np.abs(np.r_[(other.turn - first.turn).ravel(), (other.shift - first.shift) / np.ptp(bodies[one].mesh.p)])
+        if off.max() > SAME_POINT:
             raise ModelError(f"supports: the sectors of bodies {one!r} and {name!r} turn about other axes or by other angles; give all the same")
     sizes = {name: body.mesh.p.shape[1] for name, body in bodies.items()}
     whole = {name: replace(uncut, places=csr_matrix((0, n)), copies=np.full(n, -1)) for name, n in sizes.items()}
@@ -229,7 +230,7 @@ def sector_of(cuts: Sequence[Cyclic], bodies: Mapping[str, Body], kinematics: Ki
 def _sector(body: Body, cut: Cyclic) -> Sector:
     """Find the angle between the cut faces of one body, and the places of the nodes of one on the other."""
     mesh, x, d = body.through_corners.mesh, body.mesh.p.T, body.mesh.dim()
-    (centre, along), near = axis_of(cut, d), same_point(x)
+    (centre, along), errors = axis_of(cut, d), mesh_errors(body.mesh)
     low, high = (body.boundary(name, f"sector of body {cut.body!r}") for name in (cut.low, cut.high))
     arms = [_middle(x[facets_around(mesh, facets)]) - centre for facets in (low, high)]
     one, two = (np.pad(arm, (0, 3 - d)) for arm in arms)
@@ -243,11 +244,11 @@ def _sector(body: Body, cut: Cyclic) -> Sector:
     if count > 2 and (onward * (x[mesh.t[:, mesh.f2t[0, low]]].mean(axis=0) - middles)).sum() < 0:
         told = f"{cut.body!r} goes the long way round from {cut.low!r} to {cut.high!r}, {360 - 360 / count:g} of 360 degrees"
         raise ModelError(f"supports: body {told}; a sector is 360 degrees over a whole number")
-    back = (x - centre) @ turn + centre
     nodes, others = (facet_nodes(body.mesh, facets) for facets in (high, low))
-    fixed, allowed = np.intersect1d(nodes, others), np.array(near)
+    fixed, back, turned = np.intersect1d(nodes, others), (x - centre) @ turn + centre, errors @ np.abs(turn)
     off, nearest = (np.asarray(found) for found in cKDTree(x[others]).query(back[nodes]))
-    match = len(nodes) == len(others) and off.max() <= near
+    allowed = np.linalg.norm(turned[nodes] + errors[others[nearest]], axis=1)
+    match = len(nodes) == len(others) and (off <= allowed).all()
     if match:
         places = csr_matrix((np.ones(len(nodes)), (np.arange(len(nodes)), others[nearest])), shape=(len(nodes), len(x)))
     else:
@@ -258,13 +259,14 @@ def _sector(body: Body, cut: Cyclic) -> Sector:
             nodes = np.unique(around)
             places, _ = mortar_projection(overlaps, nodes, len(x))
             off = np.linalg.norm(back[nodes] - places @ x, axis=1)
-            allowed = near + sag(around, back)[nodes] + np.maximum.reduceat(sag(behind, x)[places.indices], places.indptr[:-1])
-    far = np.r_[off - allowed, np.linalg.norm(back[fixed] - x[fixed], axis=1) - near]
+            allowed = np.linalg.norm(turned[nodes] + abs(places) @ errors, axis=1) + sag(around, back, turned)[nodes]
+            allowed += np.maximum.reduceat(sag(behind, x, errors)[places.indices], places.indptr[:-1])
+    far = np.r_[off - allowed, np.linalg.norm(back[fixed] - x[fixed], axis=1) - np.linalg.norm(turned + errors, axis=1)[fixed]]
     if far.max() > 0:
         aside = f"; their middles are {np.degrees(angle):.6g} degrees apart" if abs(abs(angle) * count - 2 * np.pi) > SAME_POINT else ""
         raise ModelError(
             f"supports: the faces {cut.high!r} and {cut.low!r} of body {cut.body!r} are no turned copies of each other: turned by 360/{count} "
-            f"degrees about the axis, they are up to {off.max():.4g} apart, more than {near:.1g}{aside}; give two that are, 360 degrees "
+            f"degrees about the axis, they are up to {off.max():.4g} apart, more than {allowed.max():.1g}{aside}; give two that are, 360 degrees "
             "over a whole number apart, and check axis and centre"
         )
     own, copies = ~np.isin(nodes, fixed), np.full(len(x), -1)

@@ -46,15 +46,19 @@ def areas_of(corners: Array) -> Array:
     return np.asarray(np.cross(arms, np.roll(arms, -1, axis=1)).sum(axis=1) / 2)
 
 
-def sag(facets: Integers, points: Array) -> Array:
-    """(nodes,) distance by which the facets at a node may miss the curved face that they stand for, from the angle that they turn there."""
+def sag(facets: Integers, points: Array, errors: Array) -> Array:
+    """(nodes,) distance by which the facets at a node may miss the curved face that they stand for, from the angle that they turn there.
+
+    A flat face turns by the errors (nodes, d) of its coordinates: that is no sag.
+    """
     corners = points[facets]
     normals, longest = normals_of(corners)[:, None], np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3).max(axis=(1, 2))
     mean, turn, worst = np.zeros_like(points), np.zeros(len(points)), np.zeros(len(points))
     np.add.at(mean, facets, normals)
     mean = mean / np.maximum(np.linalg.norm(mean, axis=1), np.finfo(float).tiny)[:, None]
     np.maximum.at(turn, facets, 4 * np.arcsin(np.minimum(np.linalg.norm(mean[facets] - normals, axis=2) / 2, 1.0)))
-    np.maximum.at(worst, facets, (turn[facets].max(axis=1) * longest / 8)[:, None])
+    flat = np.linalg.norm(errors[facets], axis=2).max(axis=1) * longest ** (points.shape[1] - 1) / np.linalg.norm(areas_of(corners), axis=1)
+    np.maximum.at(worst, facets, np.maximum(turn[facets].max(axis=1) * longest / 8 - flat, 0.0)[:, None])
     return worst
 
 

@@ -4,10 +4,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix, diags, identity, issparse
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from ..contact import CONDENSATION, SAME_POINT, Array, Integers, choice, finite_array, first_of, frozen, listed, place, whole_array
 from ..errors import ModelError
+from .coincidence import along, coincident, coordinate_errors, measured, one_point
 from .elasticity import parts_of
 from .interface import Interface
 
@@ -87,11 +87,6 @@ def checked_pairs(pairs: ArrayLike, projection: object, rows: Integers, points: 
     return nodes, P
 
 
-def same_point(points: Array) -> float:
-    """Distance up to which two nodes coincide."""
-    return SAME_POINT * float(np.ptp(points, axis=0).max())
-
-
 def check_forgotten(graph: csr_matrix, interface: Interface, rows: Integers, points: Array) -> None:
     """Check that no pair is left out: that of nodes of two bodies that lie on each other, next to others that do, where other pairs join the bodies.
 
@@ -104,7 +99,7 @@ def check_forgotten(graph: csr_matrix, interface: Interface, rows: Integers, poi
     links = interface.opening.tocoo()
     own = interface.nodes[links.row]
     joined = parts_of((own, links.col), len(body))
-    i, j = cKDTree(points).query_pairs(same_point(points), output_type="ndarray").T
+    i, j = coincident(points, coordinate_errors(points))
     of = csr_matrix((np.ones(len(body)), (np.arange(len(body)), body)), shape=(len(body), count + 1))
     beside = step @ csr_matrix((np.ones(2 * len(i)), (np.r_[i, j], np.r_[j, i])), shape=graph.shape) @ of
     meet = of[own].T @ of[links.col]
@@ -126,12 +121,12 @@ def checked_normals(normals: ArrayLike, shape: tuple[int, ...]) -> Array:
     return frozen(np.broadcast_to(directions, shape))
 
 
-def checked_gap(gap: ArrayLike | None, points: Array, opening: Array, normals: Array, near: float) -> Array:
-    """(N,) initial gap, as given or from the openings (N, d) of the pairs at some points; nodes that are `near` coincide."""
+def checked_gap(gap: ArrayLike | None, points: Array, opening: Array, normals: Array, errors: Array) -> Array:
+    """(N,) initial gap, as given or from the openings (N, d) of the pairs at some points, which have these errors (N, d)."""
     if gap is not None and not isinstance(gap, str):
         return finite_array("gap", gap, (len(points),))
     distance = np.linalg.norm(opening, axis=1)
-    if gap is None and (i := first_of(distance > near, distance)) is not None:
+    if gap is None and (i := first_of(~one_point(opening, errors), distance)) is not None:
         raise ModelError(
             f"pairs: the nodes of pair {i}, at {place(points[i])} and {place(points[i] - opening[i])}, lie {distance[i]:g} apart; "
             'let them coincide, or say gap="measured" if the bodies are apart there before loading'
@@ -139,7 +134,7 @@ def checked_gap(gap: ArrayLike | None, points: Array, opening: Array, normals: A
     if gap is None:
         return np.zeros(len(points))
     choice("gap", gap, ("measured",))
-    distance = np.sum(opening * normals, axis=1)
-    if (i := first_of(distance < -near, -distance)) is not None:
+    distance, error = np.sum(opening * normals, axis=1), along(normals, errors)
+    if (i := first_of(distance < -error, -distance)) is not None:
         raise ModelError(f"gap: the bodies overlap by {-distance[i]:g} at pair {i}, {place(points[i])}; move them apart, and give an interference")
-    return np.asarray(np.maximum(distance, 0.0))
+    return measured(distance, error)

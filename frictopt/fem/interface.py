@@ -184,7 +184,7 @@ def frames_of(normals: Array, ways: Array | None = None) -> Array:
 
 
 def guided(
-    nodes: Integers, opening: csr_matrix, unknowns: Integers, normals: Array, points: Array, near: float, directions: Array | None = None
+    nodes: Integers, opening: csr_matrix, unknowns: Integers, normals: Array, points: Array, errors: Array, directions: Array | None = None
 ) -> tuple[Array, Array, csr_matrix]:
     """(N, d) normals of the pairs `sum_j M_ij u_j` of nodes of bodies 1; ways; and the entries of M at nodes that may follow others of their pair.
 
@@ -197,6 +197,7 @@ def guided(
     links = opening.tocoo()
     own, fixed = _held(links, unknowns < 0, directions, points[nodes])
     aside = np.einsum("lka,la->lk", own[links.row], points[links.col] - points[nodes[links.row]])
+    near = np.einsum("lka,la->lk", np.abs(own[links.row]), errors[links.col] + errors[nodes[links.row]])
     normals = np.einsum("nka,na->nk", own, normals)
     on = fixed & (np.abs(aside) <= near)
 

@@ -12,8 +12,8 @@ from scipy.spatial import cKDTree
 from ..contact import Array, Integers
 from ..errors import ModelError
 from .faces import facets_around
-from .given import same_point
-from .matrices.meshes import file_path, library
+from .matrices.libraries import library
+from .matrices.meshes import file_path
 from .model import ContactModel
 from .recovery import BodyFields, Steady
 
@@ -119,7 +119,7 @@ def contact_face(model: ContactModel, fields: BodyFields | None, more: Mapping[s
     mesh.point_data.update({name: values[own] for name, values in mesh.point_data.items()})
     mesh.point_data["displacement"][len(pairs) :] = _in_space(moved[tips])
     for name in mesh.point_data.keys() & {"slip", "gap", "work"}:
-        mesh.point_data[name][len(pairs) + np.flatnonzero(distance > same_point(points))] = 0.0
+        mesh.point_data[name][len(pairs) + np.flatnonzero(distance > 2 * model._parts.errors.max())] = 0.0
     for name in ("normal", "slip", "shear"):
         mesh.point_data[name][len(pairs) + np.flatnonzero(originals != tips), : points.shape[1]] @= sector.turn.T
     return mesh
@@ -128,7 +128,7 @@ def contact_face(model: ContactModel, fields: BodyFields | None, more: Mapping[s
 def _faces(model: ContactModel) -> tuple[list[Integers], Integers]:
     """(m, k) pairs at the corners of each facet of body 1, for each contact, and the nodes that are in no pair: these are counted after the pairs."""
     parts, found = model._parts, list[tuple[Integers, Integers]]()
-    at, near = parts.points[parts.pairs.nodes], same_point(parts.points)
+    at, near = parts.points[parts.pairs.nodes], 2 * parts.errors.max()
     for number, contact in enumerate(model.contacts):
         body, own = parts.bodies[contact.body_1], np.flatnonzero(parts.contact == number)
         corners = parts.first_node[contact.body_1] + facets_around(body.mesh, body.boundary(contact.boundary_1, "contacts"))

@@ -21,7 +21,7 @@ from .condense import eliminated, fronts
 from .cyclic import on_seam
 from .elasticity import MOMENTS, Kinematics, basis_of, element_means
 from .loads import Expansion
-from .matrices.meshes import library
+from .matrices.libraries import library
 from .supports import Seam
 
 _COMPONENTS = ("xx", "yy", "xy", "zz", "xz", "yz")  # the first four in the plane

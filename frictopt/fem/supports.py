@@ -9,6 +9,7 @@ import numpy as np
 from ..contact import SAME_POINT, Array, Booleans, Integers, check_text, choice, finite_numbers, first_of, flag, place, shown
 from ..errors import ModelError
 from .bodies import Body
+from .coincidence import mesh_errors
 from .elasticity import corner_weights, facet_nodes, places_of
 from .faces import facets_around, normals_of
 from .normals import SMOOTH, normals_of_faces
@@ -106,7 +107,7 @@ def nodes_of(body: Body, name: str, where: Place) -> Integers:
     if len(where) != len(x):
         raise ModelError(f"where: {where}; give the {len(x)} coordinates of a node of body {name!r}")
     distance = np.linalg.norm(x - np.array(where)[:, None], axis=0)
-    if distance.min() > SAME_POINT * np.ptp(x):
+    if distance.min() > np.linalg.norm(2 * mesh_errors(body.mesh)[distance.argmin()]):
         raise ModelError(f"support of body {name!r}: no node at {where}; the nearest is at {tuple(x[:, distance.argmin()].tolist())}")
     return np.array([distance.argmin()])
 

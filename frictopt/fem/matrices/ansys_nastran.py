@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,15 +14,19 @@ from scipy.sparse import csr_matrix, triu
 
 from ...contact import Integers, shown, whole_array
 from ...errors import ModelError
-from .deck import Deck
+from .deck import Deck, text_of
 from .job import MatrixJob
 from .keywords import deck_of_points
-from .meshes import by_library, file_path, library
+from .libraries import by_library, library
+from .meshes import file_path
 
 _ANSYS = "ansys-mapdl-reader"
-# By type and nodes, as Abaqus names them.
-_ANSYS_SOLIDS = {(185, 8): "C3D8", (285, 4): "C3D4", (186, 20): "C3D20", (187, 10): "C3D10"}
-_NASTRAN_SOLIDS = {("CHEXA", 8): "C3D8", ("CTETRA", 4): "C3D4", ("CHEXA", 20): "C3D20", ("CTETRA", 10): "C3D10"}
+# By type and different nodes, as Abaqus names them: wedges, pyramids and tetrahedra of Ansys are bricks with nodes that coincide.
+_BRICKS = {8: "C3D8", 6: "C3D6", 5: "C3D5", 4: "C3D4"}
+ANSYS_SOLIDS = {(kind, n): name for kind in (45, 185) for n, name in _BRICKS.items()}
+ANSYS_SOLIDS |= {(285, 4): "C3D4", (92, 10): "C3D10", (187, 10): "C3D10", (95, 20): "C3D20", (186, 20): "C3D20"}
+NASTRAN_SOLIDS = {("CHEXA", 8): "C3D8", ("CTETRA", 4): "C3D4", ("CHEXA", 20): "C3D20", ("CTETRA", 10): "C3D10"}
+NASTRAN_SOLIDS |= {("CPENTA", 6): "C3D6", ("CPYRAM", 5): "C3D5"}
 
 
 def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob:
@@ -81,8 +85,8 @@ def _archive(reader: Any, file: Path, held: Integers) -> Deck:
     routine = dict(archive.ekey.tolist())
     solids: dict[str, list[list[int]]] = {}
     for element in archive.elem:
-        kind, nodes = routine[int(element[1])], element[10:].tolist()
-        name = _ANSYS_SOLIDS.get((kind, len(set(nodes))), f"{kind} of {len(set(nodes))} nodes")
+        kind, nodes = routine[int(element[1])], list(dict.fromkeys(element[10:].tolist()))
+        name = ANSYS_SOLIDS.get((kind, len(nodes)), f"{kind} of {len(nodes)} nodes")
         solids.setdefault(name, []).append([int(element[8]), *nodes])
     sets = {name.strip().upper(): members.tolist() for name, members in archive.node_components.items()}
     return deck_of_points(dict(zip(archive.nnum.tolist(), archive.nodes, strict=True)), solids=solids, sets=sets, held=held.tolist())
@@ -126,6 +130,7 @@ def read_nastran(path: str | Path, *, name: str | None = None, deck: str | Path 
     file = file_path("path", path)
     grids = None if deck is None else _bulk_data(bulk, file_path("deck", deck))
     if file.suffix.lower() != ".op4":
+        _check_dmig(file)
         frame = _chosen(by_library("as DMIG, pyyeti", bulk.rddmig, file, "stiffness"), name, file)
         if frame.columns.nlevels != 2:
             raise ModelError(f"stiffness: {file.name} has a rectangular matrix {shown(name)}; give the name of a stiffness")
@@ -143,23 +148,49 @@ def read_nastran(path: str | Path, *, name: str | None = None, deck: str | Path 
     return MatrixJob(K, every, grids)
 
 
+def _check_dmig(file: Path) -> None:
+    """Check that a punch file has matrices: a superelement may have them in another file."""
+    if file.is_file() and not any(line.lstrip().upper().startswith("DMIG") for line in text_of(file, "stiffness").splitlines()):
+        remedy = "write the matrix there with EXTSEOUT(DMIGPCH) or PARAM,EXTOUT,DMIGPCH, or give an OUTPUT4 file, NAME.op4"
+        raise ModelError(f"stiffness: {file.name} has no DMIG cards; {remedy}")
+
+
 def _bulk_data(bulk: Any, file: Path) -> Deck:
     """Grid points and solids of bulk data."""
     grids = by_library("pyyeti", bulk.rdgrids, file, "deck")
     if grids is None:
         raise ModelError(f"deck {file.name}: no GRID; give the bulk data of the job")
-    turned = grids[(grids[:, 1] != 0) | (grids[:, 5] != 0)]
-    if len(turned):
-        number, system = turned[0, 0], max(turned[0, 1], turned[0, 5])
-        raise ModelError(f"deck {file.name}: grid point {number:g} has coordinates or displacements in system {system:g}; write all in the basic one")
+    for card, number, system in _turned(bulk, file, grids):
+        where = f"grid point {number} has coordinates or displacements in system {system}"
+        raise ModelError(f"deck {file.name}: {where}, by its {card}; write all in the basic one")
     solids: dict[str, list[list[int]]] = {}
     for card in ("CHEXA", "CPENTA", "CPYRAM", "CTETRA"):
-        for number, _, *corners in by_library("pyyeti", partial(bulk.rdcards, name=card, return_var="list", no_data_return=[]), file, "deck"):
+        for number, _, *corners in _cards(bulk, file, card):
             nodes = [int(corner) for corner in corners if corner]
             if len(nodes) == 20:  # the upright edges come before those of the upper face
                 nodes = [*nodes[:12], *nodes[16:], *nodes[12:16]]
-            solids.setdefault(_NASTRAN_SOLIDS.get((card, len(nodes)), f"{card}{len(nodes)}"), []).append([int(number), *nodes])
+            solids.setdefault(NASTRAN_SOLIDS.get((card, len(nodes)), f"{card}{len(nodes)}"), []).append([int(number), *nodes])
     return deck_of_points({int(row[0]): row[2:5] for row in grids}, solids=solids)
+
+
+def _cards(bulk: Any, file: Path, card: str) -> list[list[Any]]:
+    """The fields of all cards of a name, with empty texts for blank ones."""
+    found = by_library("pyyeti", partial(bulk.rdcards, name=card, return_var="list", no_data_return=[]), file, "deck")
+    return list(found)
+
+
+def _turned(bulk: Any, file: Path, grids: Any) -> Iterator[tuple[str, int, int]]:
+    """Card, number and system of the grid points that have a system of their own: GRDSET gives it where GRID leaves it blank."""
+    for row in grids[(grids[:, 1] != 0) | (grids[:, 5] != 0)]:
+        yield "GRID", int(row[0]), int(max(row[1], row[5]))
+    for default in _cards(bulk, file, "GRDSET"):
+        for place in (1, 5):
+            system = default[place] if len(default) > place else ""
+            if not system:
+                continue
+            for point in _cards(bulk, file, "GRID"):
+                if len(point) <= place or point[place] == "":
+                    yield "GRDSET", int(point[0]), int(system)
 
 
 def _chosen(found: Mapping[str, Any], name: str | None, file: Path) -> Any:

@@ -10,12 +10,13 @@ from scipy.sparse import csr_matrix
 
 from ...contact import ROUNDING, SAME_POINT, Array, Booleans, Integers
 from ...errors import ModelError
-from .deck import Deck, blocks, fields, number, text_of
+from .deck import Deck, blocks, entries, fields, number, text_of
 from .job import MatrixJob
 from .keywords import read_deck
 from .meshes import file_path
 
 _REMEDY = "write it with *SUBSTRUCTURE MATRIX OUTPUT, STIFFNESS=YES, OUTPUT FILE=USER DEFINED, for one substructure"
+_WIDTH = 20  # characters of a number that CalculiX reads
 _NODES = re.compile(r"\*\*.*ELEMENT NODES.*\n((?:\s*\*\*.*\n)*)", re.IGNORECASE)
 
 
@@ -39,7 +40,8 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     ModelError
         A file that is missing or damaged, a matrix without labels, of another size than its labels, or not symmetric; plane elements to which
         CalculiX gives displacements along z (plane stress), or of several thicknesses; a rigid part whose rotation nodes do not determine; a contact
-        in a `*STEP, PERTURBATION`, whose springs are in the matrix.
+        in a `*STEP, PERTURBATION`, whose springs are in the matrix; numbers of the deck that CalculiX does not read whole, because they have more
+        than 20 characters.
 
     Examples
     --------
@@ -59,6 +61,7 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     path = inp if deck is None else file_path("deck", deck)
     if deck is None and not path.exists():
         return MatrixJob(K, labels, M=M)
+    _check_widths(path)
     written, keywords = read_deck(path), [(keyword, options) for keyword, options, _ in blocks(path)]
     perturbed = any(keyword == "STEP" and "PERTURBATION" in options for keyword, options in keywords)
     if perturbed and any(keyword == "CONTACTPAIR" for keyword, _ in keywords):  # CalculiX 2.20 was seen to do so
@@ -72,6 +75,25 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
         )
     K, M = (None if part is None else csr_matrix(part[felt][:, felt]) / written.thickness for part in (K, M))
     return MatrixJob(K, labels[felt], written, M=M)
+
+
+def _check_widths(path: Path) -> None:
+    """Check that CalculiX, which reads the first characters of a number, has read the numbers of the deck."""
+    for keyword, _, lines in blocks(path):
+        for entry in (entry for line in lines for entry in entries(line) if len(entry) > _WIDTH):
+            try:
+                value = number(entry)
+            except ValueError:  # a name
+                continue
+            try:
+                cut = number(entry[:_WIDTH])
+            except ValueError:
+                cut = np.nan
+            if not abs(cut - value) <= ROUNDING * abs(value):
+                raise ModelError(
+                    f"deck {path.name}: *{keyword} has {entry}, of which CalculiX reads {_WIDTH} characters, {entry[:_WIDTH]}; "
+                    "write numbers with fewer, such as %.12e, and let CalculiX write its matrix again"
+                )
 
 
 def _matrix(what: str, path: Path, dof: Path, n: int) -> csr_matrix:
@@ -128,7 +150,8 @@ def read_abaqus(path: str | Path, *, deck: str | Path | None = None) -> MatrixJo
     Raises
     ------
     ModelError
-        A file that is missing or damaged, FORMAT=COORDINATE (it carries no labels), no displacements, a matrix that is not symmetric.
+        A file that is missing or damaged, FORMAT=COORDINATE (it carries no labels), no displacements, a matrix that is not symmetric; the
+        substructure of CalculiX, which has the form of that of Abaqus but is not reduced.
 
     Examples
     --------
@@ -173,6 +196,9 @@ def stiffness_of_element(text: str, path: Path) -> tuple[csr_matrix, Integers]:
         raise ModelError(f"stiffness: {path.name} cannot be read ({error}); give the file as the code wrote it") from error
     if (count := len(elements)) != 1 or not nodes or not changes or not values:
         raise ModelError(f"stiffness: {path.name} has {count} elements, {len(nodes)} nodes and {len(values)} numbers of a stiffness; {_REMEDY}")
+    if nodes[0] in nodes[1:]:  # Abaqus lists each node once
+        remedy = "store the whole stiffness by *FREQUENCY, SOLVER=MATRIXSTORAGE, and read it with read_calculix; condense reduces it"
+        raise ModelError(f"stiffness: {path.name} is by CalculiX, which leaves out the elimination in this file; {remedy}")
     starts = [1, *(first for first, *_ in changes[1:])]
     if starts != sorted(set(starts)) or starts[-1] > len(nodes):
         raise ModelError(f"stiffness: directions of {path.name} change at nodes {starts[1:]} of {len(nodes)}; give the file as the code wrote it")

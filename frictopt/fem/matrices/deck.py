@@ -14,6 +14,8 @@ from ...contact import ROUNDING, Array, Booleans, Integers, Shown, shown, whole,
 from ...errors import ModelError
 
 Block: TypeAlias = tuple[str, dict[str, str], list[str]]  # keyword and names of parameters without blanks, data lines
+Faces: TypeAlias = tuple[tuple[Integers, int], ...]  # numbers of elements, and which face of them is meant, in pairs
+FREE = 0  # in place of the number of a face: all faces of an element that lie on the outline of the mesh
 
 # Types of elements as CalculiX and Abaqus, or meshio, call them.
 _PLANES = ("CPE", "CPS", "CAX")
@@ -25,6 +27,7 @@ PLANE = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}  # sh
 SOLID = {"tetra": 4, "tetra10": 4, "hexahedron": 8, "hexahedron20": 8, "hexahedron27": 8}
 SOLIDS = ("C3D", "tetra", "hexahedron")
 LINES = ("T2D2", "T3D2", "T2D3", "T3D3", "line")  # gmsh writes named curves so; the ends come first and last
+LINEAR = ("C3D4", "C3D5", "C3D6", "C3D8")  # solids all nodes of which are corners
 FACELESS = (*LINES, "vertex", "SPRING", "MASS", "ROTARYI", "DASHPOT", "DCOUP", "GAP", "CONN")  # they carry no traction
 _KNOWN = re.compile(r"(C3D|CPE|CPS|CAX|T2D|T3D)(\d+)")
 
@@ -105,11 +108,11 @@ class Deck(Shown):
     numbers: Integers  # (nodes,) of the nodes
     points: Array  # (nodes, 3) coordinates
     sets: Mapping[str, Integers]  # node set, or surface of nodes -> rows of `points`
-    elements: tuple[tuple[str, Integers, Integers], ...]  # of each block type, numbers (m,), and nodes (m, k) of solids and trusses by row
+    elements: tuple[tuple[str, Integers, Integers], ...]  # of each block type, numbers (m,), and nodes (m, k) by row
     element_sets: Mapping[str, Integers]  # element set -> numbers of elements
     thicknesses: tuple[float, ...]  # different ones of the sections of plane elements; nan for one that varies
     constraints: Constraints  # displacements and rotations that are held or follow others
-    surfaces: Mapping[str, tuple[tuple[Integers, int], ...]] = field(default_factory=dict)  # of elements -> numbers and their face, in pairs
+    surfaces: Mapping[str, Faces] = field(default_factory=dict)  # surface of elements -> its faces
 
     def _answer(self) -> Mapping[str, object]:
         return {"nodes": len(self.numbers), "sets": sorted(self.sets), "elements": sorted({kind for kind, _, _ in self.elements})}
@@ -156,6 +159,22 @@ class Deck(Shown):
         """Rows of the nodes amid edges of quadratic elements."""
         found = [nodes[:, (PLANE | SOLID).get(str(shape_of(kind)), nodes.shape[1]) :].ravel() for kind, _, nodes in self.elements]
         return np.unique(np.concatenate([np.zeros(0, dtype=np.intp), *found]))
+
+    @property
+    def corners(self) -> Integers:
+        """Rows of all other nodes."""
+        return np.setdiff1d(np.arange(len(self.numbers)), self.midsides)
+
+    @property
+    def unclear(self) -> list[tuple[str, Integers]]:
+        """Type and nodes (m, k) of elements some nodes of which may lie amid edges, but it is not known which."""
+        found = list[tuple[str, Integers]]()
+        for kind, _, nodes in self.elements:
+            match = _KNOWN.match(kind)
+            linear = nodes.shape[1] <= 4 or (match and match.group() in LINEAR)
+            if shape_of(kind) is None and not linear:
+                found.append((kind, nodes))
+        return found
 
     @property
     def _in_space(self) -> bool:

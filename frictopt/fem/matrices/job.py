@@ -14,7 +14,7 @@ from ...errors import ModelError
 from ..elasticity import boundary_forces, facet_nodes, midside_ties
 from ..faces import facets_around, lines_along
 from ..normals import node_normals
-from .deck import rows_of_nodes
+from .deck import SHAPES, rows_of_nodes
 from .labelled import LabelledMatrix
 from .meshes import between
 
@@ -127,6 +127,13 @@ class MatrixJob(LabelledMatrix):
     def _check_midsides(self, corners: Integers) -> None:
         """Check that the nodes amid the edges of contact faces, on facets between some corners, follow others."""
         deck, unknowns = self._known, self.unknowns
+        for kind, nodes in deck.unclear:
+            if len(common := np.intersect1d(corners, nodes)):
+                known = ", ".join(name for name in SHAPES if name.startswith("C3D" if self._directions == 3 else "CPE"))
+                raise ModelError(
+                    f"faces: node {deck.numbers[common[0]]} is one of an element {kind}, and which of its nodes lie amid edges "
+                    f"is not known; mesh this body with {known} in the code that writes the matrix"
+                )
         if not len(deck.midsides):
             return
         whole, origin = self._whole
@@ -152,7 +159,7 @@ class MatrixJob(LabelledMatrix):
         ------
         ModelError
             Faces of different numbers of nodes or with nodes in common, a node that is nearest to two others, nodes amid edges that move on their
-            own; see `nodes`.
+            own, quadratic elements of other types than `Deck.shaped` takes; see `nodes`.
         """
         one, two, points, numbers = self._corners(first), self._corners(second), self.points, self._known.numbers
         self._check_midsides(np.r_[one, two])

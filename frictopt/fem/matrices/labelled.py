@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 from skfem import Mesh
 
 from ...contact import Array, Integers, Shown, finite_array, finite_number, first_of, frozen, place, shown, whole, whole_array
 from ...errors import ModelError
+from ..coincidence import coincident, coordinate_errors
 from ..elasticity import facet_nodes, parts_of, places_among
 from ..faces import lines_along
-from ..given import checked_stiffness, same_point
+from ..given import checked_stiffness
 from ..rigid import node_graph
 from .deck import Deck, checked_labels, displaced, rows_of_nodes, text_of
 from .keywords import deck_of_points
@@ -201,7 +201,7 @@ class LabelledMatrix(Shown):
         Without elements, in space, nodes alone tell, and what two bodies share is one face.
         """
         body, mesh = self.bodies, self.mesh if self._known.elements or self._directions == 2 else None
-        i, j = cKDTree(self.points).query_pairs(same_point(self.points), output_type="ndarray").T
+        i, j = coincident(self.points, coordinate_errors(self.points, self._known.corners))
         i, j = np.where(body[i] < body[j], (i, j), (j, i))
         found: list[Integers] = []
         for a, b in combinations(np.unique(body[body >= 0]), 2):
@@ -233,9 +233,7 @@ class LabelledMatrix(Shown):
         if name in deck.sets or name not in deck.surfaces:
             return deck.nodes(where)
         alone = replace(deck, sets={}, element_sets={}, surfaces={name: deck.surfaces[name]})
-        facets = named(self.mesh, alone, "of the deck").boundaries.get(name)
-        if facets is None:
-            raise ModelError(f"surface {name!r}: no element of the deck has one of its faces; repair it, or give a node set")
+        facets = named(self.mesh, alone, "of the deck").boundaries[name]
         whole, origin = self._whole
         if len(between(self.mesh, np.unique(self.mesh.facets[:, facets]))) != len(facets):
             raise ModelError(f"surface {name!r}: other facets lie between its nodes too; name flat parts of it")

@@ -1,12 +1,7 @@
 """Meshes of files and decks, through meshio and scikit-fem."""
 
-from collections.abc import Callable
-from contextlib import redirect_stdout
 from dataclasses import replace
-from importlib import import_module
-from io import StringIO
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -15,8 +10,10 @@ from skfem import Mesh
 from ...contact import SAME_POINT, Array, Integers, place, shown
 from ...errors import ModelError
 from ..elasticity import QUADRATIC, completion, places_among
-from .deck import PLANE, SOLID, Constraints, Deck
+from .deck import FREE, PLANE, SOLID, Deck
+from .groups import GROUPED, deck_of_file
 from .keywords import read_deck
+from .libraries import library
 
 _CORNERS = {  # of the faces S1, S2, ... of an element in decks
     "triangle": ((0, 1), (1, 2), (2, 0)),
@@ -24,16 +21,16 @@ _CORNERS = {  # of the faces S1, S2, ... of an element in decks
     "tetra": ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
     "hexahedron": ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)),
 }
-_GROUPS = "put the body beside it into a group too (gmsh saves only what is in one)"
 
 
 def read_mesh(path: str | Path) -> Mesh:
     """Read a mesh with its named boundaries and subdomains: `.msh` of gmsh, `.inp` of CalculiX or Abaqus, or what else meshio reads.
 
     In gmsh, physical volumes (in the plane surfaces) are subdomains and physical surfaces (curves) boundaries, called by number if without name. In
-    a deck, a node set names the facets of the outline between its nodes, a set of faces (CPS3, CPS4; in the plane of lines, T3D2; gmsh writes both)
-    or a surface of element faces (S1, S2, ...) the facets that they are, and any other element set a subdomain; names are in capital letters. Nodes
-    of no element are left out. The extra `mesh` of the installation brings meshio.
+    a deck, a node set names the facets of the outline between its nodes; a set of faces (CPS3, CPS4; in the plane of lines, T3D2; gmsh writes both)
+    or a surface names the facets that they are; and any other element set is a subdomain; names are in capital letters. Groups of Salome (`.med`) are
+    read by their names. Nodes of no element are left out. The page "What is read of a file" lists what is kept, refused, or without effect. The
+    extra `mesh` of the installation brings meshio.
 
     Parameters
     ----------
@@ -50,7 +47,8 @@ def read_mesh(path: str | Path) -> Mesh:
     ------
     ModelError
         The file is missing or unreadable; elements of several shapes (they would be cut or dropped in silence), or of which some are quadratic; a
-        boundary whose faces belong to no element, or that has none; faces in space without solids; midside nodes that elements do not share.
+        boundary whose faces belong to no element, or that has none; a surface of other faces than those of solids; faces in space without solids;
+        midside nodes that elements do not share.
 
     Examples
     --------
@@ -60,7 +58,7 @@ def read_mesh(path: str | Path) -> Mesh:
     ((3, 865), ['N_CONTACT_BLOCK', 'N_CONTACT_PUNCH'])
     """
     file = file_path("path", path)
-    deck = read_deck(file) if file.suffix.lower() == ".inp" else _deck_of(file)
+    deck = read_deck(file, mesh_alone=True) if file.suffix.lower() == ".inp" else deck_of_file(file)
     try:
         shape, _, elements = deck.shaped()
         mesh = mesh_of(deck, 2 if shape in PLANE else 3)
@@ -139,56 +137,20 @@ def named(mesh: Mesh, deck: Deck, what: str) -> Mesh:
     for name, parts in deck.surfaces.items():
         if odd := [face for _, face in parts if face > len(corners)]:
             raise ModelError(f"mesh {what}: surface {name}: face S{odd[0]} of elements with {len(corners)} faces; repair the deck")
-        faces[name] = [elements[np.isin(numbers, own)][:, corners[face - 1]] for own, face in parts]
+        faces[name] = []
+        for own, face in parts:
+            members = np.isin(numbers, own)
+            free = mesh.facets[:, facets[members[mesh.f2t[0, facets]]]].T
+            faces[name].append(free if face == FREE else elements[members][:, corners[face - 1]])
+        if not any(map(len, faces[name])):
+            raise ModelError(f"mesh {what}: surface {name!r}: no solid of the deck has one of its faces; repair it, or take it out")
     found, k = {name: own for name, own in outlines.items() if len(own)}, len(mesh.facets)
     for name, blocks in faces.items():
         nodes = np.concatenate([np.zeros((0, k), dtype=int), *(own[:, :k] for own in blocks if own.shape[1] >= k)])
         places = places_among(nodes, mesh.facets.T)
         lost, some = np.count_nonzero(places < 0), any(map(len, blocks))
         if lost or (some and not len(nodes)):
-            raise ModelError(f"mesh {what}: boundary {name!r}: {lost} of its {len(nodes)} faces belong to no element; {_GROUPS}")
+            raise ModelError(f"mesh {what}: boundary {name!r}: {lost} of its {len(nodes)} faces belong to no element; {GROUPED}")
         if some:
             found[name] = np.unique(places)
     return mesh.with_boundaries(found).with_subdomains(subdomains)
-
-
-def _deck_of(file: Path) -> Deck:
-    """What meshio reads, its elements numbered one block after the other; groups of gmsh without a name are called by their number."""
-    with redirect_stdout(StringIO()):  # meshio prints why each format that it tries first does not fit
-        found = by_library("meshio", library().read, file, "mesh")
-    first = np.cumsum([0, *(len(block.data) for block in found.cells)])
-    sets = {name: [np.zeros(0, dtype=np.intp)] for name in found.field_data}
-    names = {(int(number), int(dim)): name for name, (number, dim) in found.field_data.items()}
-    for start, block, own in zip(first, found.cells, found.cell_data.get("gmsh:physical", []), strict=False):  # nothing else has them
-        for number in np.unique(own[own > 0]).tolist():
-            sets.setdefault(names.get((number, block.dim), str(number)), []).append(start + np.flatnonzero(own == number))
-    for name, cells in found.cell_sets.items():
-        if not name.startswith("gmsh:"):  # not of gmsh itself
-            sets[name] = [start + np.asarray(own, dtype=np.intp) for start, own in zip(first, cells, strict=False)]
-    points = np.pad(found.points, ((0, 0), (0, 3 - found.points.shape[1])))
-    blocks = ((block.type, start + np.arange(len(block.data)), block.data) for start, block in zip(first, found.cells, strict=False))
-    elements = tuple((kind, numbers, nodes[:, [0, 2, 1]] if kind == "line3" else nodes) for kind, numbers, nodes in blocks if len(nodes))
-    groups = {name: np.concatenate(own) for name, own in sets.items()}
-    for name, (_, dim) in found.field_data.items():
-        if dim == max(block.dim for block in found.cells) - 1 and not len(groups[name]):
-            raise ModelError(f"mesh {file.name}: boundary {name!r}: it names no faces; {_GROUPS}")
-    return Deck(np.arange(len(points)), points, {}, elements, groups, (), Constraints(np.zeros((len(points), 6), dtype=bool)))
-
-
-def library(module: str = "meshio", name: str = "meshio", extra: str = "mesh") -> Any:
-    """A module of a library, which is installed by its name or by an extra of ours."""
-    try:
-        return import_module(module)
-    except ImportError as error:
-        raise ModelError(f"{name}: not installed; python -m pip install 'frictopt[{extra}]'") from error
-
-
-def by_library(name: str, read: Callable[[str], Any], file: Path, what: str) -> Any:
-    """What a library reads from a file."""
-    if not file.is_file():
-        raise ModelError(f"{what}: there is no file {str(file)!r}; give its path")
-    try:
-        return read(str(file))
-    except (Exception, SystemExit) as error:  # libraries let through whatever a damaged file makes; meshio leaves the process
-        problem = str(error).strip() or type(error).__name__
-        raise ModelError(f"{what}: {name} cannot read {str(file)!r} ({problem}); give the file as the code wrote it") from error
