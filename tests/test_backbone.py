@@ -260,6 +260,27 @@ def test_a_contact_that_ratchets_has_work_and_no_displacement():
     assert f"load factor {factor:g}: the contact ratchets" in curve.note
 
 
+def test_the_compliance_of_other_load_cases_and_the_size_of_amplitudes_do_not_count():
+    """A load case that the cycle does not use may be as soft as it likes; small corners with large load factors are the same cycle."""
+    system, stuck = oscillator()
+    given = {"natural_frequency": stuck}, {}
+    right = [fo.backbone_curve(system, opposed("mode", {"static": 1.0}), 0.9, [200.0, 800.0], **each) for each in given]
+    assert np.isfinite(right[0].frequency).all() and np.isfinite(right[1].damping).all()
+    none, soft = (np.zeros(2), np.zeros(2)), np.diag([0.0, 0.0, 1e20])
+    soft[:2, :2] = system.compliance
+    heated = replace(system, bonded={**system.bonded, "heat": none}, compliance=soft)
+    tiny = fo.LoadCycle({"static": 1.0}, [{"mode": 1e-9}, {"mode": -1e-9}])
+    for asked, curve in zip(given, right, strict=True):
+        other = fo.backbone_curve(heated, opposed("mode", {"static": 1.0}), 0.9, [200.0, 800.0], **asked)
+        assert other.damping == pytest.approx(curve.damping, rel=1e-12) and other.displacement == pytest.approx(curve.displacement, rel=1e-12)
+    small = fo.backbone_curve(system, tiny, 0.9, [200.0e9, 800.0e9])
+    assert small.damping == pytest.approx(right[1].damping, rel=1e-9) and small.displacement == pytest.approx(right[1].displacement * 1e-9)
+    pulled = replace(system, bonded={**system.bonded, "back": system.bonded["mode"]}, compliance=system.compliance[[0, 1, 1]][:, [0, 1, 1]])
+    cancelled = fo.LoadCycle({"static": 1.0}, [{"mode": 1.0, "back": -1.0}, {"mode": -1.0, "back": 1.0}])
+    with pytest.raises(fo.ModelError, match="the load does no work on the glued bodies"):
+        fo.backbone_curve(pulled, cancelled, 0.9, [1.0], natural_frequency=1.0)
+
+
 def test_what_is_finished_is_kept_when_a_curve_is_interrupted(monkeypatch):
     backbone, left = import_module("frictopt.histories.backbone"), [1, 2]
 

@@ -256,8 +256,6 @@ def test_a_body_that_slides_away_has_no_state(punch):
     contact = punch(16)
     for loads in ({"P": 1.0, "Q": 0.5}, {"P": -1.0}):  # friction 0.4 holds 0.4 of the pressure
         load = contact.reaction(loads)
-        with pytest.raises(NoContinuation, match="no state obeys the law"):
-            ExactIncrement(contact, 0.4).solve(np.zeros(17), load)
-        for engine in (NewtonIncrement, FrozenBoundIncrement):
+        for engine in (NewtonIncrement, FrozenBoundIncrement, ExactIncrement):
             with pytest.raises(NoContinuation, match=r"^the body (lifts off or turns over|slides as a whole): .*the load"):
                 engine(contact, 0.4).solve(np.zeros(17), load)

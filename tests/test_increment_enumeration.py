@@ -7,7 +7,7 @@ import pytest
 
 from enumeration import admissible_states, distance, random_increment
 from frictopt.errors import NoContinuation, SolverError
-from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement, NewtonIncrement, programs
+from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement, NewtonIncrement, by_booleans
 from frictopt.transients.increments.newton import newton
 
 pytestmark = pytest.mark.slow
@@ -62,7 +62,7 @@ def test_the_program_decides_and_not_the_guess(monkeypatch):
         status = np.where(state.status == 2, 0, 2).astype(np.int8)
         return replace(state, status=status, u=np.full_like(state.u, np.nan), r=np.full_like(state.r, np.nan))
 
-    monkeypatch.setattr(programs, "newton", wrong)
+    monkeypatch.setattr(by_booleans, "newton", wrong)
     for contact, friction, slip, load in cases(2, 20, 0.6):
         found = ExactIncrement(contact, friction).solve(slip, load)
         assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
@@ -86,7 +86,7 @@ def test_bodies_that_only_their_load_holds(rigid):
         states = admissible_states(contact, friction, slip, load)
         try:
             state = ExactIncrement(contact, friction).solve(slip, load)
-        except NoContinuation:
+        except (NoContinuation, SolverError):
             assert len(states) == 0
             none += 1
         else:

@@ -284,3 +284,26 @@ def test_an_odd_value_gives_an_answer_or_an_error_of_ours(name, tmp_path, monkey
                 if label in NEVER and not wrong_state and not meant:
                     faults.append(f"{argument}={label}: accepted")
     assert not faults, "\n" + "\n".join(faults)
+
+
+FORGOTTEN = [
+    (name, argument)
+    for name, (function, _) in CALLS.items()
+    for argument, parameter in inspect.signature(function).parameters.items()
+    if argument in ("cycle", "friction", "load_factor", "mean") and parameter.default is inspect.Parameter.empty
+    if function.__name__ not in ("ExactPath", "<lambda>")
+]
+
+
+@pytest.mark.parametrize(("name", "argument"), FORGOTTEN)
+def test_a_forgotten_argument_is_told_by_name(name, argument):
+    function, good = CALLS[name]
+    with pytest.raises(fo.ModelError, match=rf"^{argument}: not given; give .*, as in \w[\w.]*\(.*{argument}.*\)$"):
+        function(**{other: value for other, value in good.items() if other != argument})
+
+
+def test_a_class_method_tells_what_is_forgotten_and_python_itself_what_does_not_exist():
+    with pytest.raises(fo.ModelError, match=r"^mean: not given; give .*, as in LoadCycle.vertices\(mean\)$"):
+        fo.LoadCycle.vertices()
+    with pytest.raises(TypeError, match="loadfactor"):
+        fo.steady_state(CONTACT, CYCLE, FRICTION, loadfactor=0.5)

@@ -140,3 +140,29 @@ def test_a_state_names_the_corner_that_comes_next_by_its_loads(whole, rounded, p
         fo.ContactState([0.0], [0.0], [0.0], [1.0], next_loads={"sigma": 1.0})
     with pytest.raises(fo.ModelError, match=r"its next corner is 2 \(cyclic = \+1\), the load cycle has the corners 0 to 1"):
         fo.march(one_node(), CYCLE, 0.5, 0.1, initial_state=fo.march(one_node(), THREE, 0.5, 0.1, cycles=1).state_at(-2))
+
+
+def nearly_free(rng, nodes):
+    """A random contact whose common slip has next to no stiffness: its slips are large, and rounding of forces moves them."""
+    contact, common = random_system(rng, nodes), np.r_[np.ones(nodes), np.zeros(nodes)]
+    held = contact.S @ common
+    S = contact.S - np.outer(held, held) / (common @ held) * (1 - 10.0 ** rng.uniform(-8, -4))
+    return fo.ContactSystem(S, contact.points, dict(contact.bonded))
+
+
+def test_the_states_of_each_steady_state_are_found_and_in_equilibrium():
+    """Also between the corners, which the steady state itself does not look at."""
+    accepted = 0
+    for seed in [68, 150, 189, 192, 243, 245, 261, *range(few(60))]:
+        rng = np.random.default_rng(seed)
+        contact, friction, load_factor = nearly_free(rng, int(rng.integers(2, 9))), rng.uniform(0.2, 0.8), float(rng.uniform(0.5, 3.0))
+        try:
+            steady = fo.steady_state(contact, CYCLE, friction, load_factor, most_cycles=300)
+        except (fo.NoContinuation, fo.SolverError):
+            continue
+        path = steady.states()
+        u, r, load = (np.hstack(parts) for parts in ((path.slip, path.gap), (path.q, path.p), (path.bonded_q, path.bonded_p)))
+        assert np.abs(r - load - u @ contact.S).max() < 1e-10 * np.abs(load).max()
+        assert path.work[-1].sum() == pytest.approx(steady.dissipation, rel=1e-7, abs=1e-9)
+        accepted += 1
+    assert accepted > 10

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import wraps
-from inspect import signature
+from inspect import Parameter, isclass, signature
 from numbers import Real
 from types import MappingProxyType
 from typing import Any, TypeAlias, TypeVar
@@ -19,6 +19,15 @@ from ..errors import ModelError, ModelWarning
 _LARGEST = 1e150  # the square of a larger number overflows
 _OURS, _COMMAND = "frictopt.", "frictopt.__main__"  # questions of the rooms of the package are not the user's, those of its command are
 _ROUGH = 5.0  # largest coefficient of friction that is passed without a word: of dry metals it is 0.1 to 1.5, of rubber up to 4
+_MEANINGS = {  # of arguments that are easily forgotten, for error messages
+    "system": "the contact, a ContactSystem",
+    "cycle": "the load cycle, a LoadCycle",
+    "friction": "the coefficient of friction, one number or one for each node",
+    "load_factor": "the load factor, a number >= 0",
+    "load_factors": "a list of load factors",
+    "mean": "the mean load, a mapping from load case names to amplitudes",
+    "corners": "the loads at the corners of the cycle, a list of mappings from load case names to amplitudes",
+}
 LARGEST_SEED = 2**63 - 1
 """Largest seed of a random choice: the largest whole number that a column of a table holds."""
 
@@ -227,18 +236,33 @@ def checked_units(units: object) -> str | None:
 
 
 def warns_of_odd_values(question: F) -> F:
-    """A public question, with a warning of values that a user who asks it may not have meant."""
-    names = list(signature(question).parameters)
+    """Decorator of public functions and classes: refuse a call without an argument, warn of a value that looks like a mistake."""
+    if isclass(question):
+        question.__init__ = _checks_call(question.__init__, question.__name__)  # type: ignore[method-assign]
+        return question
+    return _checks_call(question, question.__qualname__)
+
+
+def _checks_call(question: F, name: str) -> F:
+    """The function `question`, which error messages call `name`, with a check of each call."""
+    parameters = signature(question).parameters
+    names = list(parameters)
+    required = [each for each in names if parameters[each].default is Parameter.empty and parameters[each].kind is not Parameter.VAR_POSITIONAL]
 
     @wraps(question)
-    def asked(*args: object, **kwargs: object) -> object:
+    def checked(*args: object, **kwargs: object) -> object:
+        given = dict(zip(names, args, strict=False)) | kwargs
+        missing = [each for each in required if each not in given]
+        if missing and given.keys() <= set(names):  # Python itself names a keyword that does not exist
+            call = f"{name}({', '.join(each for each in required if each not in ('self', 'cls'))})"
+            raise ModelError(f"{missing[0]}: not given; give {_MEANINGS.get(missing[0], 'it')}, as in {call}")
         caller = sys._getframe(1).f_globals.get("__name__", "")
         if not caller.startswith(_OURS) or caller == _COMMAND:
-            for text in _odd(dict(zip(names, args, strict=False)) | kwargs):
+            for text in _odd(given):
                 warnings.warn(text, ModelWarning, stacklevel=2)
         return question(*args, **kwargs)
 
-    return asked  # type: ignore[return-value]
+    return checked  # type: ignore[return-value]
 
 
 def first_of(bad: Booleans | np.bool_, most: Array | None = None) -> int | None:

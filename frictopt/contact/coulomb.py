@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import ModelError
-from .checks import Array, Booleans, check_entries, finite_array, finite_number, per_node, real_array, shown, whole_number
+from .checks import Array, Booleans, check_entries, finite_array, finite_number, per_node, real_array, shown, warns_of_odd_values, whole_number
 from .parts import joined
 from .result import Kept, Table, components, frame
 from .system import ContactSystem, checked_system
+from .tolerances import CONDENSATION
 
 
 def friction_coefficients(friction: ArrayLike, nodes: int) -> Array:
@@ -42,7 +43,7 @@ class Verdict(Kept):
         lengths in units of the slip scale.
     direction
         Friction that does not oppose the slip since the previous state: the least change of that slip, of q, or of both that makes q lie on the
-        bound and oppose it.
+        bound and oppose it. A slip of at most 1e-10 of the largest motion of the state is rounding and counts as none.
 
     Examples
     --------
@@ -67,6 +68,7 @@ class Verdict(Kept):
         return {"residual": self.residual, **vars(self)}
 
 
+@warns_of_odd_values
 def referee(
     system: ContactSystem,
     bonded: tuple[ArrayLike, ArrayLike],
@@ -148,6 +150,8 @@ def off_law(system: ContactSystem, f: Array, bonded: Array, u: Array, r: Array, 
         sense, pull = (part / np.where(by > 0, by, 1.0)[:, None] for part, by in ((moved, slid), (q, size)))
         turned = np.linalg.norm(q + bound[:, None] * sense, axis=1)
         across = np.linalg.norm(moved - np.minimum((moved * pull).sum(axis=1), 0.0)[:, None] * pull, axis=1)
+        rounding = CONDENSATION * np.abs(u).max(axis=(1, 2), initial=0.0)[:, None]  # of slips: a share of the motions
+        slid, across = (np.where(way <= rounding, 0.0, way) for way in (slid, across))
         contact, over = np.maximum(np.maximum(-p, -w), np.minimum(p, w)), size - bound
         lines = unbalanced, contact, over, np.minimum(np.minimum(slid, turned), np.maximum(across, np.abs(over)))
         return np.array([np.max(line, initial=0.0) for line in lines])

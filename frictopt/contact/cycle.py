@@ -13,7 +13,7 @@ from typing import Self
 import numpy as np
 
 from ..errors import ModelError
-from .checks import Array, checked_loads, finite_number, listed, shown
+from .checks import Array, checked_loads, finite_number, listed, shown, warns_of_odd_values
 from .history import harmonic_corners, history_corners, independent_corners
 from .parts import parted
 from .result import Plotted, Table
@@ -24,6 +24,7 @@ _SECOND = np.timedelta64(1, "s")
 _SHOWN = 4  # corners in the text of a load cycle: those of two independent loads
 
 
+@warns_of_odd_values
 @dataclass(frozen=True)
 class LoadCycle(Plotted):
     """A mean load and the corners of a closed cycle around it; between corners the load is linear in time.
@@ -189,6 +190,7 @@ class LoadCycle(Plotted):
         return cls(mean, harmonic_corners(loads, points))
 
     @classmethod
+    @warns_of_odd_values
     def vertices(cls, mean: Mapping[str, float], *loads: Mapping[str, Sequence[float]] | Sequence[Mapping[str, float]]) -> Self:
         """The vertices of a domain in which several loads vary independently of each other, around a mean load.
 

@@ -20,9 +20,12 @@ def _names(system: ContactSystem) -> Names | None:
 
 
 def in_contact(system: ContactSystem, nodes: ArrayLike) -> str:
-    """The contacts of some nodes, by their numbers, as they follow these in a text: " (head)"; nothing where there is one contact."""
+    """The contacts of some nodes, by their numbers, as they follow these in a text: " (head)"; nothing where there is one contact, or no node."""
     names = _names(system)
-    return "" if names is None else f" ({', '.join(dict.fromkeys(names[np.atleast_1d(nodes)].tolist()))})"
+    numbers = np.atleast_1d(nodes)
+    if names is None or not numbers.size:
+        return ""
+    return f" ({', '.join(dict.fromkeys(names[numbers].tolist()))})"
 
 
 def counted(system: ContactSystem, which: Booleans) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ROUNDING, ContactState, ContactSystem, LoadCycle, checked_loads, checked_system, joined, parted
+from ..contact import ROUNDING, ContactState, ContactSystem, LoadCycle, checked_loads, checked_system, joined, parted, warns_of_odd_values
 from ..contact.checks import LARGEST_SEED, Array, check_text, finite_array, finite_number, finite_numbers, frozen, whole_number
 from ..contact.result import Portable
 from ..errors import ModelError
@@ -262,6 +262,7 @@ class LoadStep:
         return joined(*checked_system(system).reaction(self.loads)) + load_factor * joined(*system.reaction(self.cyclic))
 
 
+@warns_of_odd_values
 def assembled_slip(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, steps: int | None = None) -> Array:
     """Slip, (N,) or (N, 2), length, under the mean load, which grew from a millionth of itself before anything had slipped.
 

@@ -191,8 +191,9 @@ class Question:
 
     @property
     def clearance(self) -> float:
-        """Unit of margins as a gap, length: what the mean friction bound does to the mean normal stiffness."""
-        return self.mean_bound / (float(np.diag(self.system.C).mean()) or self.system.stiffness_scale)
+        """Unit of margins as a gap, length: the mean friction bound over the mean normal stiffness, or over the scale if that is rounding."""
+        normal, scale = float(np.diag(self.system.C).mean()), self.system.stiffness_scale
+        return self.mean_bound / (normal if normal > CONDENSATION * scale else scale)
 
     def states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """Slips and gaps `[v, w]` and reactions `[q, p]` at the corners, each (K, t + 1, N), under a residual slip of the closed nodes."""

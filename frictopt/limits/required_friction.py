@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from ..contact import RESIDUAL, Bar, Booleans, ContactSystem, LoadCycle, SolveRecord, bar_of, finite_number, frozen, place
-from ..contact.checks import flag
+from ..contact.checks import flag, warns_of_odd_values
 from ..errors import SolverError
 from .answered import Answered, Mechanism
 from .models import most_pressed, unknowns
@@ -63,6 +63,7 @@ class RequiredFriction(Answered):
     reason: str
 
 
+@warns_of_odd_values
 def required_friction(
     system: ContactSystem, cycle: LoadCycle, load_factor: float, *, events: bool = False, slip_bound: Any = None, progress: bool = True
 ) -> RequiredFriction:

@@ -12,7 +12,7 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import Array, ContactSystem, LoadCycle, shown
+from ..contact import Array, ContactSystem, LoadCycle, shown, warns_of_odd_values
 from ..errors import ModelError
 from ..solve.solvers import LP, SOCP, solver_order
 from .answered import Answered
@@ -74,6 +74,7 @@ class SafeModel:
         return f"{type(self).__name__}({', '.join(map(repr, self._posed.args))})"
 
     def __init_subclass__(cls) -> None:
+        warns_of_odd_values(cls)
         cls.__signature__ = (asked := signature(cls.__init__)).replace(parameters=[*asked.parameters.values()][1:])  # else it is that of __new__
 
     def __new__(cls, *args: Any, **options: Any) -> Self:

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import SAME_STATE, ContactState, ContactSystem, LoadCycle, Outcome, Plotted, Recorded, SolveRecord, Table, components, frame
+from ..contact import ContactState, ContactSystem, LoadCycle, Outcome, Plotted, Recorded, SolveRecord, Table, components, frame
 from ..contact.checks import Array, Booleans, finite_number, frozen, whole_number
 from ..contact.result import named_places
-from ..contact.tolerances import COUNTS
-from ..errors import ModelError, SolverError
+from ..errors import ModelError
 from .by_contact import contact_table, tensions
 from .fretting import fretting_table, with_worst_planes
 from .march import amplitudes_at, march
+from .steady_cycle import check_return
 from .trajectory import LoadLoop, Trajectory
 
 
@@ -142,12 +142,7 @@ class SteadyState(Recorded, Plotted):
     def _states(self) -> Trajectory:
         asked = self.system, self.cycle, self.friction, self.load_factor
         path = march(*asked, initial_state=self.state, cycles=self.period, steps=self.steps or None, progress=False)
-        drift = 0.0 if self.outcome is Outcome.RATCHETING else max(np.ptp(values[[0, -1]], axis=0).max() for values in (path.slip, path.gap))
-        force = float(np.abs(path.p).max()) or 1.0
-        size = max(float(np.abs(path.slip).max()), float(path.gap.max()), COUNTS * force / self.system.stiffness_scale)  # less is rounding
-        spent = np.abs(path.work[-1] - self.period * self.dissipation_per_node).max() / max(float(path.work.max()), force * size)
-        if not max(drift / size, spent) <= SAME_STATE:
-            raise SolverError(f"steady state: a cycle from it differs from it by {max(drift / size, spent):.1e} (tolerance {SAME_STATE:g})")
+        check_return(path, self.load_factor, self.outcome, self.period * self.dissipation_per_node, self.work_error)
         last = self.cycle.at(self.load_factor)[-1]
         begin = {case: last.get(case, 0.0) for case in self.system.bonded}
         return replace(path, amplitudes=frozen(amplitudes_at(*asked[:2], self.load_factor, path.time, begin)))

@@ -138,13 +138,15 @@ class Trajectory(Kept, Plotted):
 
     @cached_property
     def _force(self) -> float:
-        """Scale of the nodal forces: the largest mean pressure of the loads."""
-        loaded = self.bonded_p[self.time >= 0] if self.time[-1] >= 0 else self.bonded_p
-        return float(np.abs(loaded).mean(axis=1).max()) or 1.0
+        """Scale of the nodal forces, which that of a steady state is at most: the largest nodal force of the loads, or the mean load's pressure."""
+        loads = joined(self.bonded_q, self.bonded_p)
+        loads = loads[self.time >= 0] if self.time[-1] >= 0 else loads
+        pressure = self.system.reaction(self.cycle.mean)[1]
+        return max(float(np.abs(loads).max()), float(np.abs(pressure).mean())) or 1.0
 
     @cached_property
     def verdict(self) -> Verdict:
-        """Violations of the contact law over all states, with slip since the state before; unit of force: largest mean pressure of the loads."""
+        """Violations of the contact law over all states, with slip since the state before; unit of force: largest nodal force of the loads."""
         before, load = np.concatenate([self.slip[:1], self.slip[:-1]]), (self.bonded_q, self.bonded_p)
         state = {"v": self.slip, "w": self.gap, "q": self.q, "p": self.p}
         return referee(self.system, load, self.friction, **state, previous_slip=before, force_scale=self._force)
@@ -161,9 +163,10 @@ class Trajectory(Kept, Plotted):
 
     @cached_property
     def _energy_residual(self) -> float:
-        """Largest error of the energy balance, or negative work of friction at a node, over the largest energy: elastic, of friction, or the unit."""
-        unit = self._force**2 / self.system.stiffness_scale
-        scale = max(unit, float(self.energy.max()), float(self.work[-1].sum()))
+        """Largest error of the energy balance, or negative work of a node, over the largest: elastic without regard to sign, of friction, unit."""
+        unit, u = self._force**2 / self.system.stiffness_scale, joined(self.slip, self.gap - self.system.gap)
+        elastic = float((np.abs(u @ self.system.S) * np.abs(u)).sum(axis=1).max())
+        scale = max(unit, elastic, float(self.work[-1].sum()))
         return float(max(np.abs(self.energy_error).max(), -np.diff(self.work, axis=0).min(initial=0.0)) / scale)
 
     @cached_property

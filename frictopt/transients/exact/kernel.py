@@ -35,6 +35,7 @@ AT_BOUND = 10 * _ROUNDING
 
 _RATE = 10 * _ROUNDING  # rates of slack and slip below this share of the load rate count as zero
 _PIVOT = _CONDENSATION  # pivots below this share of the unknown's own stiffness may be zero: then rates are not unique, and nothing is proven
+_SOLUTIONS = 3  # solutions for the rates by one inverse at most: the first one and its corrections
 _BLOCK = 12  # iterations that change all wrong nodes at once; later ones change only the first wrong node (Murty 1974)
 _SINGLE = 200  # of these later iterations
 
@@ -216,25 +217,35 @@ def change_statuses(S, f, status, active, wanted):
 
 @inner
 def solve_rates(S, active, state):
-    """Rates of `[v, w]` and `[q, p]` under the rate of the bonded reactions."""
-    n, nodes, right = active.size[0], len(S) // 2, active.right
+    """Rates of `[v, w]` and `[q, p]` under the rate of the bonded reactions.
+
+    The inverse has the rounding of its updates. If the equations of the active set show it, the rates are corrected by the same inverse.
+    """
+    n, nodes, error, change = active.size[0], len(S) // 2, active.right, active.column
     load_rate, u_rate, r_rate = state.load_rate, state.u_rate, state.r_rate
-    for a in range(n):
-        unknown = active.unknown[a]
-        right[a] = load_rate[unknown] + (active.weight[a] * load_rate[nodes + unknown] if active.weight[a] != 0.0 else 0.0)
     u_rate[:] = 0.0
     r_rate[:] = load_rate
-    for a in range(n):
-        total = 0.0
-        for b in range(n):
-            total -= active.inverse[a, b] * right[b]
-        u_rate[active.unknown[a]] = total
-    for a in range(0, n, 4):  # four at once, so that `r_rate` is read and written a fourth as often
-        b, c, d = min(a + 1, n - 1), min(a + 2, n - 1), min(a + 3, n - 1)
-        i, j, g, h = active.unknown[a], active.unknown[b], active.unknown[c], active.unknown[d]
-        x, y, z, w = u_rate[i], u_rate[j] * (b > a), u_rate[g] * (c > b), u_rate[h] * (d > c)
-        for k in range(2 * nodes):
-            r_rate[k] += x * S[i, k] + y * S[j, k] + z * S[g, k] + w * S[h, k]
+    most = _ROUNDING * np.abs(load_rate).max()
+    for _ in range(_SOLUTIONS):
+        largest = 0.0
+        for a in range(n):
+            unknown = active.unknown[a]
+            error[a] = r_rate[unknown] + (active.weight[a] * r_rate[nodes + unknown] if active.weight[a] != 0.0 else 0.0)
+            largest = max(largest, abs(error[a]))
+        if largest <= most:
+            break
+        for a in range(n):
+            total = 0.0
+            for b in range(n):
+                total -= active.inverse[a, b] * error[b]
+            change[a] = total
+            u_rate[active.unknown[a]] += total
+        for a in range(0, n, 4):  # four at once, so that `r_rate` is read and written a fourth as often
+            b, c, d = min(a + 1, n - 1), min(a + 2, n - 1), min(a + 3, n - 1)
+            i, j, g, h = active.unknown[a], active.unknown[b], active.unknown[c], active.unknown[d]
+            x, y, z, w = change[a], change[b] * (b > a), change[c] * (c > b), change[d] * (d > c)
+            for k in range(2 * nodes):
+                r_rate[k] += x * S[i, k] + y * S[j, k] + z * S[g, k] + w * S[h, k]
 
 
 # --- 2. Statuses that agree with their rates ---------------------------------------------------------------------------------

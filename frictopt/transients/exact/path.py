@@ -132,7 +132,7 @@ class ExactPath(Transient):
         problem = rate_problem(self._S, self.friction, load_rate, self.state, self.scales.mean)
         solutions = Solutions([], False) if problem.floating else find_rates(problem, self.state.status)
         numbers, free = sorted(set(problem.node.tolist())), "the contact slides or opens freely"
-        nodes = f"nodes {numbers}{in_contact(self.system, numbers)}"
+        nodes = f"nodes {numbers}{in_contact(self.system, numbers)}" if numbers else "open and frictionless nodes"
         if problem.floating:
             why = free
         elif again:

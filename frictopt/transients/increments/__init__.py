@@ -1,8 +1,9 @@
 """One increment of friction: by Newton's method, and as three cvxpy problems to print and solve: frozen bound, booleans, complementarity."""
 
+from .by_booleans import ExactIncrement
 from .by_newton import NewtonIncrement
 from .increment import Increment
-from .programs import ComplementarityProblem, ExactIncrement, FrozenBoundIncrement, complementarity_problem
+from .programs import ComplementarityProblem, FrozenBoundIncrement, complementarity_problem
 
 __all__ = ["ComplementarityProblem", "ExactIncrement", "FrozenBoundIncrement", "Increment", "NewtonIncrement", "complementarity_problem"]
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.linalg.lapack import dpocon
 
-from ...contact import RESIDUAL, ROUNDING, STALLED, Array, Booleans, ContactSystem, SolveRecord, joined, parted
+from ...contact import RESIDUAL, ROUNDING, STALLED, Array, Booleans, ContactSystem, SolveRecord, joined, parted, warns_of_odd_values
 from ...errors import SolverError
 from ..begin import OPEN
 from .increment import FrictionIncrement, Increment, Posed, force_scale, sizes_of
@@ -63,6 +63,7 @@ class _Nodes:
         return State(u, forces, status, 0, error), r
 
 
+@warns_of_odd_values
 class NewtonIncrement(FrictionIncrement, _Nodes):
     """One friction increment by Gauss-Seidel sweeps over the nodes, and by Newton's method on the projected law, which begins where they end.
 

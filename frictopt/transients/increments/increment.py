@@ -166,9 +166,9 @@ class FrictionIncrement(ABC):
         ModelError
             Arrays that do not fit.
         NoContinuation
-            The load is beyond friction, or no state obeys the law (ExactIncrement).
+            The load is beyond friction.
         SolverError
-            No answer that passes the referee.
+            No answer that passes the referee. That is no proof that no state obeys the law.
         """
         posed = Posed(self, slip, bonded)
         try:

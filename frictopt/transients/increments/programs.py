@@ -1,4 +1,4 @@
-"""One friction increment by the cvxpy programs of `listings`: with the friction bound frozen in turn, with booleans, and one to be looked at.
+"""One friction increment by the cvxpy programs of `listings`: with the friction bound frozen in turn, and one to be looked at.
 
 Solvers get the program of the contact in units of the mean normal force and of the slip that this force makes. Newton's method makes what they find
 exact, and the answer is put into the program in the units of the contact.
@@ -22,30 +22,25 @@ from ...contact import (
     Array,
     Attempt,
     ContactSystem,
-    SolveRecord,
     checked_plane,
     checked_uncapped,
-    finite_number,
     joined,
     most_shear,
     parted,
+    warns_of_odd_values,
 )
-from ...errors import NoContinuation, SolverError
+from ...errors import SolverError
 from ...solve.problem import Problem
-from ...solve.solvers import MILP, QP, SOCP, NoOptimum, solve
-from ..begin import OPEN
+from ...solve.solvers import QP, SOCP, solve
 from .increment import FrictionIncrement, Increment, Posed
-from .listings import complementarity, exact, frozen_bound
-from .newton import newton
+from .listings import complementarity, frozen_bound
 
 _SETTLED = {QP: 1e6 * RESIDUAL, SOCP: 1e4 * RESIDUAL}  # change of the frozen bound up to which more sweeps by these solvers find nothing else
 _SWEEPS = 100  # programs for one increment at most
 _CORRECTIONS = 4  # Newton steps that make the solution of a program exact, and may correct the status of nodes where a solver left it wrong
-_BOOLEANS = {"forward": 1, "backward": -1, "opened": OPEN}
-_TOUCHES = 0.999  # share of the largest motion or pressure from which on a state touches it
 
 
-class _ByProgram(FrictionIncrement):
+class ByProgram(FrictionIncrement):
     """An increment by a program, compiled once."""
 
     @abstractmethod
@@ -91,7 +86,8 @@ def _put(problem: cp.Problem, **parameters: Array) -> None:
         problem.param_dict[name].value = value
 
 
-class FrozenBoundIncrement(_ByProgram):
+@warns_of_odd_values
+class FrozenBoundIncrement(ByProgram):
     """One friction increment by convex programs with frozen friction bound, compiled once.
 
     Each sweep solves the program, in the plane by OSQP to three digits. A few steps of Newton's method make the state that it ends with exact, with
@@ -149,89 +145,6 @@ class FrozenBoundIncrement(_ByProgram):
         return motions
 
 
-class ExactIncrement(_ByProgram):
-    """One friction increment by the contact law itself as a mixed-integer program, compiled once.
-
-    The program decides the status of every node. A few steps of Newton's method make the state exact, and the referee judges it. The objective counts
-    the nodes whose status differs from that of a `NewtonIncrement`: it only says where to look first. Without it contacts of 40 nodes take minutes.
-    The effort can grow exponentially with the number of nodes where the guess is wrong.
-
-    Where several states obey the law (above the critical friction) one of them is returned. The program takes no constraints of your own.
-    Theory, eq. (4).
-
-    Parameters
-    ----------
-    system
-        The contact, in the plane.
-    friction
-        Coefficient of friction, one or one per node.
-    reach
-        Largest motion and pressure that the program considers, over those of the trial state or, where it obeys the law, of the Newton state;
-        above 1. Far larger values blur the booleans, which solvers keep to a tolerance.
-
-    Raises
-    ------
-    ModelError
-        Bad input.
-
-    Examples
-    --------
-    >>> import frictopt as fo
-    >>> system = fo.ContactSystem.from_blocks([[2.0]], [[0.5]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
-    >>> load = system.reaction({"P": 1.0, "Q": 1.0})
-    >>> fo.increments.ExactIncrement(system, friction=0.5).solve([0.0], load).slip.round(6).tolist()
-    [-0.285714]
-    """
-
-    _title = "friction increment, mixed-integer"
-
-    def __init__(self, system: ContactSystem, friction: ArrayLike, *, reach: float = 1e3) -> None:
-        self._reach = finite_number("reach", reach, above=1.0)
-        super().__init__(checked_uncapped(checked_plane(system, "choose NewtonIncrement or FrozenBoundIncrement"), "ExactIncrement"), friction)
-
-    def _listing(self, system: ContactSystem) -> cp.Problem:
-        return exact(system, self.friction)
-
-    def _solved(self, posed: Posed) -> Increment:
-        guess = newton(self.law, posed.trial, np.zeros_like(posed.trial))
-        known = posed.result(guess, SolveRecord("NEWTON")).residual <= RESIDUAL
-        largest = self._reach * max(1.0, float(np.abs(np.r_[posed.trial, guess.u, guess.r] if known else posed.trial).max()))
-        unexpected = np.array([np.where(guess.status == status, -1.0, 1.0) for status in _BOOLEANS.values()])
-        within = f"slip increments and gaps up to {largest * posed.length:.3g} and pressures up to {largest * posed.force:.3g}"
-        try:
-            found = self._found(posed, MILP, unexpected=unexpected, **self._most(largest, largest))
-        except NoOptimum as error:
-            if known:  # it disproves what the solvers say
-                raise SolverError(
-                    f"mixed-integer increment: the solvers find no state with {within}, but Newton's method does; give a smaller reach than "
-                    f"{self._reach:g}"
-                ) from error
-            raise NoContinuation(
-                f"friction increment: no state obeys the law under this load with {within}; larger ones were not looked for (reach {self._reach:g}). "
-                "Reduce friction below the critical value, take another load, or give a larger reach"
-            ) from error
-        if not found.residual <= RESIDUAL:
-            raise SolverError(f"mixed-integer increment: the statuses that were found leave a residual of {found.residual:.1e}; {self._remedy}")
-        moved = max(np.abs(found.slip - posed.slip).max(), found.gap.max()) / posed.length
-        if max(moved, found.p.max() / posed.force) >= _TOUCHES * largest:
-            raise SolverError(f"mixed-integer increment: the state that was found touches {within}; give a larger reach than {self._reach:g}")
-        booleans = {name: (found.status == status).astype(np.float64) for name, status in _BOOLEANS.items()}
-        most = self._most(largest * posed.length, largest * posed.force)
-        values = {"slip_step": found.slip - posed.slip, "gap": found.gap, "q": found.q, "p": found.p, **booleans}
-        return self._answer(posed, found, values, unexpected=unexpected, **most)
-
-    def _most(self, motion: float, force: float) -> dict[str, Array]:
-        whole = np.ones(len(self.friction))
-        return {"most_motion": motion * whole, "most_force": force * whole, "most_slack": 2 * force * self.friction}
-
-    def _motions(self) -> Array:
-        """Those that the booleans forbid are zero."""
-        values = {name: variable.value for name, variable in self._scaled.var_dict.items()}
-        forward, backward, opened = (values[name] > 0.5 for name in _BOOLEANS)
-        motions: Array = np.r_[np.where(forward | backward | opened, values["slip_step"], 0.0), np.where(opened, values["gap"], 0.0)]
-        return motions
-
-
 class ComplementarityProblem(NamedTuple):
     """The complementarity problem of one increment, in the units of the contact.
 
@@ -255,6 +168,7 @@ class ComplementarityProblem(NamedTuple):
     problem: cp.Problem
 
 
+@warns_of_odd_values
 def complementarity_problem(system: ContactSystem, friction: ArrayLike, slip: ArrayLike, bonded: Sequence[ArrayLike]) -> ComplementarityProblem:
     """Build the complementarity problem of one increment (Klarbring & Bjorkman 1988).
 
