@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 from scipy.sparse import csr_matrix
+from skfem import MeshQuad
 
 import frictopt as fo
 from frictopt.reference import half_plane_contact
@@ -367,3 +368,46 @@ def test_the_load_of_a_mode():
     for odd in (None, [[0, 12]], [[0, 1, 2]], [[0.5, 1]]):
         with pytest.raises(fo.ModelError, match="glued: "):
             fo.modal_load(K, mode, natural_frequency=frequency, glued=odd)
+
+
+@pytest.mark.parametrize("element", ["linear", "quadratic"])
+@pytest.mark.parametrize("kinematics", ["plane_strain", "plane_stress"])
+def test_the_motion_of_a_load_is_a_length(kinematics, element, tmp_path):
+    """A pad that is glued by friction to a pad of the same steel: its sheared face moves by the mean of its displacements, which `recover` finds."""
+    x, steel = np.linspace(0.0, 20.0, 9), fo.Material(E=210e3, nu=0.3)
+    sides = {"low": lambda x: x[1] == x[1].min(), "high": lambda x: x[1] == x[1].max()}
+    pad, base = (fo.Body(MeshQuad.init_tensor(x, np.linspace(y, y + 10.0, 5)).with_boundaries(sides), steel, element) for y in (0.0, -10.0))
+    loads = {"P": [fo.Pressure("pad", "high", 100.0)], "Q": [fo.Traction("pad", "high", x=3.0, y=4.0)]}
+    contacts, supports = [fo.Contact("pad", "base", "low", "high")], [fo.Support("base", "low")]
+    model = fo.ContactModel({"pad": pad, "base": base}, supports, loads, contacts, kinematics=kinematics, units="N, mm")
+    system = model.condense()
+    system.save(tmp_path / "pads.npz")
+    assert fo.ContactSystem.load(tmp_path / "pads.npz").load_size == system.load_size
+    assert system.load_size == {"P": pytest.approx(2000.0), "Q": pytest.approx(100.0)}  # 5 MPa on 20 mm
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}, {"Q": -2.0}])
+    curve = fo.backbone_curve(system, cycle, 0.9, load_factors=[0.5, 1.0])
+    assert curve.outcome == ("SHAKEDOWN", "SHAKEDOWN")
+    fields = model.recover({"Q": 2.0}, np.zeros(system.nodes), np.zeros(system.nodes))
+    mesh, u = fields.bodies["pad"].mesh, fields.displacement["pad"]
+    nodes = np.flatnonzero(mesh.p[1] == 10.0)
+    nodes = nodes[mesh.p[0, nodes].argsort()]
+    if element == "linear":
+        mean = np.trapezoid(u[:, nodes], mesh.p[0, nodes]) / 20.0
+    else:  # by Simpson's rule over each edge
+        weights = np.ones(len(nodes)) * 2.0
+        weights[1::2], weights[[0, -1]] = 4.0, 1.0
+        mean = u[:, nodes] @ weights / weights.sum()
+    along = mean @ [0.6, 0.8]
+    assert curve.motion == pytest.approx([0.5 * along, along], rel=1e-9)
+    assert curve.to_frame()["motion"].tolist() == curve.motion.tolist()
+    bare = replace(system, load_size={})
+    assert np.isnan(fo.backbone_curve(bare, cycle, 0.9, load_factors=[1.0]).motion).all()
+    assert "P" not in system.with_interference({"P": 0.1}).load_size and "Q" not in system.with_bonded({"Q": system.bonded["Q"]}).load_size
+
+
+def test_a_steady_cycle_beyond_friction_moves_its_load_further():
+    """One node of stiffness k under a force F: half of its range is F / k and the slip that friction leaves, for a load of any size."""
+    loads = {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])}
+    slider = fo.ContactSystem.from_blocks([[3.0]], [[0.0]], [[1.0]], [0.0], loads, compliance=[[0, 0], [0, 1]])
+    curve = fo.backbone_curve(replace(slider, load_size={"F": 4.0}), opposed("F", {"N": 1.0}), 0.5, load_factors=[0.4, 1.0])
+    assert curve.motion == pytest.approx([0.1, (1.0 + 0.5 / 3.0) / 4.0])

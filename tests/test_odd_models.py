@@ -1,6 +1,7 @@
 """Values that are no errors but seldom meant: one warning each, at the user's own call, and none from calls of the package among its own."""
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -40,7 +41,47 @@ def test_moduli_in_two_units():
     for call in (lambda: model((210e9, 115e3)), lambda: cubes(1e6)):
         (told,) = warned(call)
         assert "of 'punch' and" in told and "same unit" in told
-    assert not warned(lambda: model((210.0, 115000.0))) and not warned(lambda: cubes(1e4))
+    assert not warned(lambda: cubes(1e4))
+
+
+@pytest.mark.parametrize(("punch", "block"), [(210.0, 115e3), (115e3, 210.0), (0.21, 210.0), (70.0, 210e3)])
+def test_moduli_in_mpa_and_gpa(punch, block):
+    (told,) = warned(lambda: model((punch, block)))
+    soft, stiff = ("punch", "block") if punch < block else ("block", "punch")
+    assert told.startswith(f"bodies: E = {min(punch, block):g} of {soft!r} and {max(punch, block):g} of {stiff!r}")
+    assert "in the same unit (MPa or GPa)?" in told
+
+
+@pytest.mark.parametrize(("one", "other"), [(2.0, 210e3), (10.0, 210e3), (500.0, 210e3), (3e3, 210e3), (45e3, 600e3)])
+def test_moduli_of_real_pairs(one, other):
+    """Rubbers, PTFE and PEEK on steel; magnesium on tungsten carbide."""
+    assert not warned(lambda: model((one, other)))
+
+
+@pytest.mark.parametrize("system", [SYSTEM, NODE_3D])
+def test_a_load_case_in_the_mean_load_and_again_in_each_corner(system):
+    for amplitudes in ((1.0, 1.0), (1.2, 0.8)):
+        whole = fo.LoadCycle({"P": 1.0}, [{"P": amplitudes[0], "Q": 0.1}, {"P": amplitudes[1], "Q": -0.1}])
+        (told,) = warned(lambda whole=whole: fo.shakedown_limit(system, whole, 0.5))
+        assert told.startswith("cycle: 'P' is 1 in the mean load, and each corner adds to it; give corners what is added to the mean load alone")
+    for amplitudes in ((0.2, -0.2), (0.2, 0.0), (-0.2, -0.1)):  # to and fro, pulsating, and relief
+        added = fo.LoadCycle({"P": 1.0}, [{"P": amplitudes[0], "Q": 0.1}, {"P": amplitudes[1], "Q": -0.1}])
+        assert not warned(lambda added=added: fo.shakedown_limit(system, added, 0.5))
+    assert not warned(lambda: fo.gross_slip(system, fo.LoadCycle({"P": 1.0}, [{"P": 1.0, "Q": 0.1}]), 0.5))  # a load that rises
+
+
+@pytest.mark.parametrize(
+    ("units", "coefficient", "meant"),
+    [("N, mm", 1.33e-13, 1.33e-7), ("N, m", 1.33e-7, 1.33e-13), ("kN, m", 1e-15, 1e-10), ("kN, mm", 1e-13, 1e-4), ("MN, m", 1e-14, 1e-8)],
+)
+def test_a_coefficient_of_wear_in_other_units(units, coefficient, meant):
+    """Of dry steel (Podra & Andersson 1999) and of others, in the unit that the model has and in another one."""
+    system, cycle = replace(SYSTEM, units=units), CYCLE
+    (told,) = warned(lambda: fo.wear(system, cycle, 0.3, 1.0, coefficient=coefficient, cycles=1))
+    force, length = units.split(", ")
+    assert told.startswith(f"coefficient: {coefficient:g} is ") and f"forces are in {force} and lengths in {length}" in told
+    assert not warned(lambda: fo.wear(system, cycle, 0.3, 1.0, coefficient=meant, cycles=1))
+    assert not warned(lambda: fo.wear(SYSTEM, cycle, 0.3, 1.0, coefficient=coefficient, cycles=1))  # units are not known
 
 
 def test_lengths_in_two_units():

@@ -1,5 +1,7 @@
 """Pictures of what is given and of what nodes do: they show the numbers, on axes that say what they are."""
 
+import gc
+import io
 import itertools
 from dataclasses import replace
 
@@ -132,10 +134,54 @@ def test_a_filled_face_leaves_its_hole_out_and_joins_no_contacts():
     ax = fo.shakedown_limit(contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), F).plot()
     (filled,) = [one for one in ax.collections if isinstance(one, TriMesh)]
     assert filled.get_array().shape == (len(points),)
-    mesh = face._triangles(contact.contact, ring, np.ones(len(points), dtype=bool))
+    mesh = face._triangles(contact.contact, ring, np.ones(len(points), dtype=bool), None)
     corners = ring[mesh.get_masked_triangles()]
     sides = corners[:, 1:] - corners[:, :1]
     assert np.abs(np.linalg.det(sides)).sum() == pytest.approx(24 * np.sin(2 * np.pi / 24) * (3.5**2 - 2.0**2), rel=0.02)
     halves = replace(contact, contact=["a"] * 48 + ["b"] * 48)
-    apart = face._triangles(halves.contact, ring, np.ones(len(points), dtype=bool)).get_masked_triangles()
+    apart = face._triangles(halves.contact, ring, np.ones(len(points), dtype=bool), None).get_masked_triangles()
     assert ((apart < 48).all(axis=1) | (apart >= 48).all(axis=1)).all()
+
+
+def test_a_fine_rim_of_a_hole_is_not_filled():
+    """Nodes on circles, those of the hole closer than the circles are: short chords of the hole are shorter than edges beside them."""
+    count, radii = 32, np.array([1.0, 1.5, 2.0])
+    angle = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    ring = np.concatenate([radius * np.column_stack([np.cos(angle), np.sin(angle)]) for radius in radii])
+    polygon = count * np.sin(2 * np.pi / count) / 2  # area over the square of the radius
+    limits = np.array([radii[0], *((radii[1:] + radii[:-1]) / 2), radii[-1]])
+    width = np.repeat(polygon * np.diff(limits**2) / count, count)
+    points, n = np.pad(ring, ((0, 0), (0, 1))), len(ring)
+    loads = {"P": np.repeat([0.0, 0.0, 1.0], n), "Q": np.repeat([0.5, 0.0, 0.0], n)}
+    for turned in (False, True):  # a ring seen along its normal, and one that leans
+        turn = np.eye(3) if not turned else np.array([[0.6, 0.0, -0.8], [0.0, 1.0, 0.0], [0.8, 0.0, 0.6]])
+        contact = fo.ContactSystem(np.eye(3 * n), points @ turn, loads, frames=np.repeat(turn[None], n, axis=0), width=width)
+        ax = fo.shakedown_limit(contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), F).plot()
+        (filled,) = [one for one in ax.collections if isinstance(one, TriMesh)]
+        mesh = filled._triangulation
+        corners = np.column_stack([mesh.x, mesh.y])[mesh.get_masked_triangles()]
+        drawn = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])).sum() / 2
+        assert drawn == pytest.approx(polygon * (radii[-1] ** 2 - radii[0] ** 2), rel=2e-3)
+
+
+@pytest.mark.parametrize("many", range(1, 10))
+def test_pictures_of_many_contacts_do_not_wait_for_the_garbage_collector(many):
+    """Spare panels of a grid must leave nothing behind that a later drawing would meet."""
+    square = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]])
+    n = 4 * many
+    points = np.concatenate([square + [3.0 * k, 0.0, float(k)] for k in range(many)])
+    turned = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])  # seen from below, with other names of axes
+    frames = np.repeat([turned if k % 3 == 2 else np.eye(3) for k in range(many)], 4, axis=0)
+    loads = {"P": np.repeat([0.0, 0.0, 1.0], n), "Q": np.repeat([0.5, 0.0, 0.0], n)}
+    names = np.repeat([f"c{k}" for k in range(many)], 4)
+    contact = fo.ContactSystem(np.eye(3 * n), points, loads, frames=frames, contact=names, width=np.ones(n))
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
+    asked = {"friction": F, "load_factor": 0.5, "steps": 2, "progress": False}
+    results = fo.wear(contact, cycle, coefficient=1e-3, cycles=2, **asked), fo.steady_state(contact, cycle, **asked)
+    gc.disable()
+    try:
+        for result in results:
+            axes = result.plot()
+            np.ravel(axes)[0].figure.savefig(io.BytesIO(), format="png")
+    finally:
+        gc.enable()

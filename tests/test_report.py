@@ -1,10 +1,12 @@
 """The report on a joint: its numbers against closed forms and the calls that it stands for, what it leaves out, and the file that it writes."""
 
 import re
+from dataclasses import replace
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
 import frictopt as fo
 from cases import few
@@ -139,3 +141,33 @@ def test_a_mean_load_that_opens_all_nodes_in_space_leaves_a_report():
     one = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1.0], "X": [1, 0, 0]})
     report = fo.report(one, fo.LoadCycle({"P": -1.0}, [{"X": 1.0}, {"X": -1.0}]), 0.3)
     assert report.limit is None and "closed nodes" in report.missing["shakedown limit"] and report.kind == "The mean load opens all nodes."
+
+
+def test_a_press_fit_is_said_to_be_one():
+    """Statics cannot know how far it presses: report, table and chart say so, and have the load at which the transient slides off."""
+    system = replace(fo.scenes.PressFit(elements=12).condense(), units="N, mm")
+    joint = fo.report(system, fo.LoadCycle({"fit": 1.0}, [{"push": 1.0}, {"push": -1.0}]), friction=0.3, load_factors=[0.5, 1.0])
+    assert value(joint, "gross-slip load") == joint.curve.gross_slip == pytest.approx(1.374, rel=3e-3)
+    assert "statics cannot know how far the fit presses" in joint.gross_slip.reason and joint.curve.self_stress
+    assert "in a transient from no slip: statics cannot know how far the fit presses" in joint.advice[0]
+    assert joint.numbers.set_index("number").loc["gross-slip load", "settles"] == "as the pressure of the fit does"
+    labels = [text.get_text() for text in joint.curve.plot()[0].figure.findobj(Text)]
+    assert any(text.startswith("bodies slide off, from no slip = 1.37") for text in labels)
+
+
+def test_all_numbers_of_a_report_have_units():
+    """In the table and in the text, in the names that the user gave and without; a displacement that is no length is not called so."""
+    system = replace(fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6).condense(), units="N, mm")
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 0.3}, {"Q": -0.3}])
+    joint = fo.report(system, cycle, friction=0.5, load_factors=[0.5, 1.0])
+    assert (joint.numbers["unit"] != "").all()
+    text = str(joint)
+    table = text[text.index("What grows") :]
+    for column in ("work (N mm per depth)", "slip_range (mm)", "motion (mm)", "stiffness (N per depth per mm)"):
+        assert column in table
+    assert "displacement" not in table and "area (mm)" in text and "P_0 (N per depth)" in text and "fP_1 (N per depth)" in text
+    row = joint.curve.to_frame().iloc[0]
+    assert value(joint, "motion of the load") == pytest.approx(joint.curve.motion[-1])
+    assert row.motion * system.load_size["Q"] * 0.3 == pytest.approx(row.displacement)
+    bare = str(fo.report(replace(system, units=None, load_size={}), cycle, friction=0.5, load_factors=[1.0]))
+    assert "work of the load (force length per depth per load factor)" in bare and "motion of the load" not in bare

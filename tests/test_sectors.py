@@ -93,8 +93,10 @@ def compared(one, part, count, cycle, load_factor=1.5, **steps):
             assert np.allclose(own, other[same], rtol=0, atol=1e-9 * np.abs(whole.bonded[name][1]).max())
     limits = [fo.shakedown_limit(each, cycle, FRICTION).load_factor for each in (whole, system)]
     assert limits[0] == pytest.approx(limits[1], rel=1e-8)
-    gross = [fo.gross_slip(each, cycle, FRICTION).load_factor for each in (whole, system)]
-    assert gross[0] == pytest.approx(gross[1], rel=1e-8)
+    gross = [fo.gross_slip(each, cycle, FRICTION) for each in (whole, system)]
+    fits = gross[0].self_stress is not None  # then transients are followed, to a relative 2e-3 in space
+    assert gross[0].bound == pytest.approx(gross[1].bound, rel=1e-8) and (gross[1].self_stress is not None) is fits
+    assert gross[0].load_factor == pytest.approx(gross[1].load_factor, rel=5e-3 if fits else 1e-8)
     steady = [fo.steady_state(each, cycle, FRICTION, load_factor * limits[0], **steps) for each in (whole, system)]
     assert steady[0].dissipation > 0 and steady[0].dissipation == pytest.approx(count * steady[1].dissipation, rel=1e-9)
     assert np.allclose(steady[1].slip, steady[0].slip[same], rtol=0, atol=1e-9 * np.abs(steady[0].slip).max())

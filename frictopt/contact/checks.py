@@ -28,6 +28,8 @@ _MEANINGS = {  # of arguments that are easily forgotten, for error messages
     "mean": "the mean load, a mapping from load case names to amplitudes",
     "corners": "the loads at the corners of the cycle, a list of mappings from load case names to amplitudes",
 }
+_WEAR = 1e-17, 1e-9  # 1/Pa; coefficients of wear: of diamond-like coatings 1e-17 and more, of soft metals that seize up to 1e-10
+_PASCAL = {"N": 1.0, "kN": 1e3, "MN": 1e6}, {"m": 1.0, "mm": 1e-3}  # names of units of force and length, in N and m
 LARGEST_SEED = 2**63 - 1
 """Largest seed of a random choice: the largest whole number that a column of a table holds."""
 
@@ -282,6 +284,29 @@ def _odd(given: Mapping[str, Any]) -> Iterator[str]:
     load_factor = given.get("load_factor")
     if isinstance(load_factor, Real) and load_factor == 0 and getattr(given.get("cycle"), "fixed", ()) is None:
         yield "load_factor: 0; the corners of the cycle carry no load then, only the mean load acts"
+    yield from _twice(given.get("cycle"))
+    if "coefficient" in given:
+        yield from _wear_in_other_units(given["coefficient"], getattr(given.get("system"), "units", None))
+
+
+def _twice(cycle: Any) -> Iterator[str]:
+    """Load cases that stand in the mean load and, with the same sign, in each of several corners: as if corners held the whole load."""
+    mean, corners = getattr(cycle, "mean", {}), getattr(cycle, "corners", ())
+    for name, amplitude in mean.items() if len(corners) > 1 else ():
+        if all(corner.get(name, 0.0) * amplitude > 0 for corner in corners):
+            yield f"cycle: {name!r} is {amplitude:g} in the mean load, and each corner adds to it; give corners what is added to the mean load alone"
+
+
+def _wear_in_other_units(coefficient: Any, units: str | None) -> Iterator[str]:
+    """A coefficient of wear that makes sense in other units than those of the contact."""
+    force, length = units.split(", ") if isinstance(units, str) else ("", "")
+    newton, metre = _PASCAL[0].get(force), _PASCAL[1].get(length)
+    largest = 0.0
+    with suppress(ModelError, TypeError):  # what is no number is for the question to refuse
+        largest = float(real_array("coefficient", coefficient).max(initial=0.0))
+    if newton and metre and largest > 0 and not _WEAR[0] <= (in_pascal := largest * metre**2 / newton) <= _WEAR[1]:
+        usual = f"{in_pascal:.3g} 1/Pa, for forces are in {force} and lengths in {length}; dry metals have 1e-16 to 1e-11 1/Pa"
+        yield f"coefficient: {largest:g} is {usual}; give it in {length}^2/{force}: 1 1/Pa is {newton / metre**2:g} {length}^2/{force}"
 
 
 def place(point: Array) -> str:

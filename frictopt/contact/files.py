@@ -89,6 +89,7 @@ def write(path: str | Path, system: Any) -> None:
     plain = {name: np.array([] if (value := getattr(system, name)) is None else value) for name in _NAMES}
     bonded = [joined(*pair) for pair in system.bonded.values()]
     more = {"locked": list(system.bolts), "bolts": list(system.bolts.values())} if system.bolts else {}
+    more |= {"sized": list(system.load_size), "load_size": list(system.load_size.values())} if system.load_size else {}
     more |= {"shear_strength": system.shear_strength} if system.capped else {}
     more |= {"stretch": system.stretch} if system.orthotropic else {}
     packed(path, _FORM, cases=list(system.bonded), bonded=bonded, **more, **plain)
@@ -101,9 +102,11 @@ def read(source: str | Path) -> dict[str, Any]:
 
 def _arguments(arrays: dict[str, Any]) -> dict[str, Any]:
     bolts = {name: arrays.pop(name).tolist() for name in ("locked", "bolts") if name in arrays}
+    sizes = {name: arrays.pop(name).tolist() for name in ("sized", "load_size") if name in arrays}
     laws: dict[str, Any] = {name: arrays.pop(name) for name in ("shear_strength", "stretch") if name in arrays}
-    if arrays.keys() != {"cases", "bonded", *_NAMES} or len(bolts) == 1:
+    if arrays.keys() != {"cases", "bonded", *_NAMES} or len(bolts) == 1 or len(sizes) == 1:
         raise ValueError("it does not hold the arrays of a contact system")
     bonded = dict(zip(arrays.pop("cases").tolist(), arrays.pop("bonded"), strict=True))
     known = {name: None if not array.size else array if array.ndim else array.item() for name, array in arrays.items()}
-    return {"bonded": bonded, "bolts": dict(zip(*bolts.values(), strict=True)) if bolts else {}, **laws, **known}
+    named = {"bolts": dict(zip(*bolts.values(), strict=True)) if bolts else {}, "load_size": dict(zip(*sizes.values(), strict=True)) if sizes else {}}
+    return {"bonded": bonded, **named, **laws, **known}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import ModelError
-from .checks import Array, Booleans, Names, check_entries, checked_cases, choice, finite_array, for_each, frozen, real_array, shown
+from .checks import Array, Booleans, Names, check_entries, checked_cases, choice, finite_array, finite_number, for_each, frozen, real_array, shown
 from .tolerances import CONDENSATION, RIGID, SAME_POINT
 
 _ORTHONORMAL = 10 * CONDENSATION  # error of the frames of the pairs up to which they are orthonormal, as for given normals
@@ -89,6 +89,14 @@ def checked_bolts(argument: str, bolts: object, cases: Mapping[str, object]) -> 
         force, shortening = values.tolist()
         found[case] = force, shortening
     return MappingProxyType(found)
+
+
+def checked_sizes(argument: str, sizes: object, cases: Mapping[str, object]) -> Mapping[str, float]:
+    """Check sizes of load cases, name -> number above 0, and return them read-only."""
+    given = checked_cases(argument, sizes, "size of its forces")
+    for case in given:
+        choice(f"{argument}: load case", case, cases)
+    return MappingProxyType({case: finite_number(f"{argument}[{case!r}]", size, above=0.0) for case, size in given.items()})
 
 
 def checked_pair(argument: str, given: Any, n: int, tangents: int) -> tuple[Array, Array]:

@@ -73,6 +73,9 @@ class ContactSystem(Shown, Plotted):
     bolts
         Load case name of a locked bolt -> (force, shortening): what it is tightened to, and by how much its unit amplitude shortens it, length; both
         above 0. The work of the unit load of such a case is minus the tension times the shortening, see `tension`.
+    load_size
+        Load case name -> size of its unit load, force, > 0: the integral of the size of its tractions and forces per volume. The displacement of the
+        load case over its size is a length: the mean motion, along the load, of what the load acts on. `condense` of a model finds it.
     shear_strength
         (N,) largest size of the shear force at each node, force, > 0: the strength of the surface times the area. inf: friction alone bounds it. See
         `with_shear_strength`, which also says what knows it.
@@ -120,6 +123,7 @@ class ContactSystem(Shown, Plotted):
     E_star: float | None = None
     compliance: Array | None = None
     bolts: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    load_size: Mapping[str, float] = field(default_factory=dict)
     shear_strength: Array = field(default_factory=lambda: frozen([]))
     stretch: Array = field(default_factory=lambda: frozen([]))
     units: str | None = None
@@ -150,6 +154,7 @@ class ContactSystem(Shown, Plotted):
             E_star=None if self.E_star is None else finite_number("E_star", self.E_star, above=0.0),
             compliance=None if L is None else parts.symmetrised("compliance", finite_array("compliance", L, (len(bonded),) * 2)),
             bolts=parts.checked_bolts("bolts", self.bolts, bonded),
+            load_size=parts.checked_sizes("load_size", self.load_size, bonded),
             shear_strength=parts.checked_strength("shear_strength", self.shear_strength, n),
             stretch=parts.above_zero("stretch", self.stretch, self.slip_shape, _RATIO, none=1.0),
             units=checked_units(self.units),
@@ -325,7 +330,8 @@ class ContactSystem(Shown, Plotted):
         """Copy with load cases added or replaced, name -> bonded reactions, as in `ContactSystem`. Its compliance is not known."""
         checked_round(self, "give load cases to the one that it was made of")
         known = parts.checked_bonded("cases", cases, self.nodes, self.tangents)
-        return replace(self, bonded={**self.bonded, **known}, compliance=None)
+        sizes = {name: size for name, size in self.load_size.items() if name not in known}
+        return replace(self, bonded={**self.bonded, **known}, compliance=None, load_size=sizes)
 
     def with_interference(self, cases: Mapping[str, ArrayLike]) -> Self:
         """Copy with interferences, load case name -> overlap of the unassembled bodies, >= 0, one number or (N,), length.
@@ -349,7 +355,8 @@ class ContactSystem(Shown, Plotted):
         more, L = (0, len(names) - k), np.zeros((k, k)) if self.compliance is None else self.compliance
         D = np.column_stack([overlaps.get(name, np.zeros(self.nodes)) for name in names])
         R, L = parts.overlapping(self.S, np.pad(self._reactions, ((0, 0), more)), np.pad(L, more), D)
-        return replace(self, bonded=dict(zip(names, R.T, strict=True)), compliance=None if self.compliance is None else L)
+        sizes = {name: size for name, size in self.load_size.items() if name not in overlaps}
+        return replace(self, bonded=dict(zip(names, R.T, strict=True)), compliance=None if self.compliance is None else L, load_size=sizes)
 
     def with_gap(self, gap: Any) -> Self:
         """Copy with another initial gap, (N,) or None."""

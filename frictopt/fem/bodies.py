@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 
@@ -25,6 +25,10 @@ from .elasticity import (
     quadratic,
     through_corners,
 )
+
+_UNITS_APART = 2e5  # Pa and MPa differ by 1e6, rubber and steel by up to 1e5
+_THOUSANDFOLD = 500.0, 5000.0  # GPa and MPa differ by 1000, and metals by up to 5; polymers on steel by less, rubber on steel by more
+_SIZES_APART = 500.0  # mm and m differ by 1000, a pad and a half-plane by some hundred
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,3 +243,18 @@ def checked_kinematics(kinematics: Kinematics | None, bodies: Mapping[str, Body]
         if body.element == "mean_dilatation":
             raise ModelError(f"bodies[{name!r}]: element {body.element!r}; axisymmetric bodies have linear or quadratic elements")
     return found
+
+
+def units_apart(names: Sequence[str], bodies: Sequence[Body]) -> Iterator[str]:
+    """Warnings of moduli or sizes of two bodies that may be in different units."""
+    E, sizes = [body.material.E for body in bodies], [float(np.ptp(body.mesh.p, axis=1).max()) for body in bodies]
+    for what, (a, b), most, units in (("E", E, _UNITS_APART, "Pa or MPa"), ("size", sizes, _SIZES_APART, "mm or m")):
+        if max(a, b) >= most * min(a, b):
+            yield f"bodies: {what} = {a:g} of {names[0]!r} and {b:g} of {names[1]!r}; are both in the same unit ({units})?"
+    ratio = max(E) / min(E)
+    if _THOUSANDFOLD[0] <= ratio <= _THOUSANDFOLD[1]:
+        soft, stiff = (names[E.index(value)] for value in (min(E), max(E)))
+        yield (
+            f"bodies: E = {min(E):g} of {soft!r} and {max(E):g} of {stiff!r}, {ratio:.4g} times as much; are both in the same unit (MPa or GPa)? "
+            "Steel is 20,000 times as stiff as rubber and more, and less than 500 times as stiff as a hard polymer"
+        )

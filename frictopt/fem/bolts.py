@@ -29,8 +29,8 @@ class BoltPreload(Part):
     A bolt that is locked keeps the distance by which the faces have come together, and its tension changes with the loads: a pull along it goes
     through the bolt in part, and takes less off the contact. The amplitude of its load case multiplies this distance; amplitude 1 gives the force in
     the glued bodies under no other load. `frictopt.tightened` finds the amplitude that gives the force under the mean load, with the contact
-    as it is. `SteadyState.bolt_table` has the tension over a cycle. `gross_slip`, which knows statics alone, takes any tension for possible: ask it
-    with bolts that are not locked. Theory, eq. (25).
+    as it is. `SteadyState.bolt_table` has the tension over a cycle. Statics takes any tension for possible, so `gross_slip` follows
+    transients. Theory, eq. (25).
 
     Parameters
     ----------

@@ -138,7 +138,14 @@ def body_stiffness(mesh: Mesh, material: Material, element: ElementName | None =
 
 
 def boundary_forces(mesh: Mesh, facets: Integers, traction: Callable[[Array, Array], ArrayLike], kinematics: Kinematics) -> Array:
-    """(components, nodes) integrals over facets of the outline, times the function of each node, of a traction: of points and outward normals.
+    """(components, nodes) integrals over facets of the outline, times the function of each node, of a traction: of points and outward normals."""
+    points, normals, sizes, nodes, values = integration_points(mesh, facets)
+    amounts = np.array(traction(points, normals)) * circumference(points[0], kinematics) * sizes
+    return np.array([np.bincount(nodes.ravel(), part.ravel(), minlength=mesh.p.shape[1]) for part in np.einsum("cmq,kmq->ckm", amounts, values)])
+
+
+def integration_points(mesh: Mesh, facets: Integers) -> tuple[Array, Array, Array, Integers, Array]:
+    """Points (d, m, q) on facets of the outline, outward unit normals, sizes (m, q); nodes (k, m) of their elements, functions (k, m, q) of these.
 
     The integration is on the facets themselves: scikit-fem would invert the map of very thin elements, in vain.
     """
@@ -160,8 +167,7 @@ def boundary_forces(mesh: Mesh, facets: Integers, traction: Callable[[Array, Arr
     sizes = np.linalg.norm(normals, axis=0)
     if (m := first_of(~(sizes > 0).all(axis=1))) is not None:
         raise ModelError(f"mesh: the facet at {place(points[:, m].mean(axis=1))} has no size; repair it")
-    amounts = np.array(traction(points, normals / sizes)) * circumference(points[0], kinematics) * sizes * weights
-    return np.array([np.bincount(nodes.ravel(), part.ravel(), minlength=mesh.p.shape[1]) for part in np.einsum("cmq,kmq->ckm", amounts, values)])
+    return points, normals / sizes, sizes * weights, nodes, values
 
 
 def volume_forces(mesh: Mesh, force: Callable[[Array], Array], kinematics: Kinematics) -> Array:

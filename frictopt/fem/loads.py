@@ -93,8 +93,10 @@ class Traction(_Forces):
     z: Amount | None = None
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
-        facets = body.boundary(self.boundary, "traction")
-        return boundary_forces(body.mesh, facets, lambda points, _: components(self, points), kinematics)
+        return boundary_forces(body.mesh, body.boundary(self.boundary, "traction"), self._on_face, kinematics)
+
+    def _on_face(self, points: Array, _normals: Array) -> Array:
+        return components(self, points)
 
 
 @dataclass(frozen=True)
@@ -118,8 +120,10 @@ class Pressure(Part):
     amount: Amount = 1.0
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
-        facets = body.boundary(self.boundary, "pressure")
-        return boundary_forces(body.mesh, facets, lambda points, normals: -values_at("pressure", self.amount, points) * normals, kinematics)
+        return boundary_forces(body.mesh, body.boundary(self.boundary, "pressure"), self._on_face, kinematics)
+
+    def _on_face(self, points: Array, normals: Array) -> Array:
+        return -values_at("pressure", self.amount, points) * normals
 
 
 @dataclass(frozen=True)

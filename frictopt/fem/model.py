@@ -16,20 +16,19 @@ from ..contact import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS, ContactSystem, Shown,
 from ..contact.checks import Array, checked_cases, checked_loads, checked_units, finite_array, frozen, listed_parts, shown
 from ..errors import ModelError, ModelWarning
 from .assembly import Assembly, Load
-from .bodies import Body, checked_kinematics
+from .bodies import Body, checked_kinematics, units_apart
 from .bolts import bolts_of, by_their_forces
 from .condense import condensed
 from .contacts import Contact, Joint
 from .cyclic import Cyclic
 from .elasticity import Kinematics
 from .interface import check_course
+from .load_sizes import load_sizes
 from .loads import Expansion
 from .modes import Vibrating
 from .recovery import BodyFields, Recovery, Steady, Viewed, strain_and_stress, warn_of_open_nodes
 from .supports import Support
 
-_UNITS_APART = 2e5  # Pa and MPa differ by 1e6, rubber and steel by up to 1e5
-_SIZES_APART = 500.0  # mm and m differ by 1000, a pad and a half-plane by some hundred
 _COARSE = 4.0  # edges of body 1 that are so much longer than those of body 2 do not see what happens between their nodes
 _MISSED = 0.5  # share of the widest measured gap by which facets may miss curved faces
 
@@ -114,11 +113,8 @@ class ContactModel(Shown, Viewed, Vibrating):
     def _warn_of(self, contact: Contact, joint: Joint) -> None:
         """Warn of bodies in different units, and of meshes that are too coarse."""
         names = contact.body_1, contact.body_2
-        bodies = [self.bodies[name] for name in names]
-        E, sizes = [body.material.E for body in bodies], [float(np.ptp(body.mesh.p, axis=1).max()) for body in bodies]
-        for what, (a, b), most, units in (("E", E, _UNITS_APART, "Pa or MPa"), ("size", sizes, _SIZES_APART, "mm or m")):
-            if max(a, b) >= most * min(a, b):
-                _warn(f"bodies: {what} = {a:g} of {names[0]!r} and {b:g} of {names[1]!r}; are both in the same unit ({units})?")
+        for text in units_apart(names, [self.bodies[name] for name in names]):
+            _warn(text)
         if joint.coarser > _COARSE:
             _warn(
                 f"contacts: {contact.name!r}: the edges of body {names[0]!r} are {joint.coarser:.1f} times as long as those of body {names[1]!r}; "
@@ -158,6 +154,7 @@ class ContactModel(Shown, Viewed, Vibrating):
         E_star = {1 / (1 / moduli[contact.body_1] + 1 / moduli[contact.body_2]) for contact in self.contacts}
         E, contact = E_star.pop() if len(E_star) == 1 else None, np.array(names)
         known: dict[str, Any] = {"E_star": E, "compliance": L, "bolts": bolts, "units": self.units}
+        known["load_size"] = load_sizes(self.loads, self.bodies, self.kinematics or "plane_strain")
         rigid = ContactSystem(S, points, bonded, gap=parts.gap, frames=frames, contact=contact, width=parts.width, **known)
         if overlaps := {name: overlap for name, (_, _, overlap) in self._cases.items() if overlap.any()}:
             rigid = rigid.with_interference(overlaps)

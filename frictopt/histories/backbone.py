@@ -199,6 +199,7 @@ class Asked:
             friction=self.friction,
             steps=self.steps,
             residual=float(table["residual"].max()),
+            self_stress=isinstance(self.gross, GrossSlip) and self.gross.self_stress is not None,
         )
 
     def _notes(self, seen: Sequence[_Seen]) -> list[str]:
@@ -214,6 +215,8 @@ class Asked:
             notes.append(f"no sliding-off load: {self.gross}")
         elif beyond := [f"{one.row['load_factor']:g}" for one in seen if one.row["outcome"] == _SLIDES_OFF]:
             notes.append(f"load factors {', '.join(beyond)}: {self.gross.reason}")
+        if isinstance(self.gross, GrossSlip) and self.gross.self_stress is not None:
+            notes.append("statics cannot know how far the fit presses: the sliding-off load is that of transients from no slip")
         for one in seen:
             at = f"load factor {one.row['load_factor']:g}"
             if one.row["outcome"] == _FAILED:

@@ -30,7 +30,8 @@ class BackboneCurve(Kept, Plotted):
     slipping, slip_range
         (K,) share of the contact that slips, see `SteadyState.slipping_share`, and the largest distance of two slips of a node while it is closed.
     displacement, stiffness
-        (K,) half the range of the displacement of the load over the cycle, and the load factor over it, the secant stiffness.
+        (K,) half the range of the displacement of the load over the cycle, and the load factor over it, the secant stiffness. This displacement is
+        the work of the load per load factor, see `ContactSystem.displacements`: a length only of a single force of size 1 at load factor 1.
     damping
         (K,) damping ratio `work / (2 pi load_factor displacement)`.
     frequency
@@ -42,6 +43,9 @@ class BackboneCurve(Kept, Plotted):
         DataFrame, one row for each load factor and contact: columns load_factor, contact, slipping, work, slip_range.
     gross_slip
         Load factor of `fo.gross_slip`, the end of the curve: above it the bodies slide off. NaN if no load factor, or no solver, has one.
+    self_stress
+        Whether contact forces balance themselves, as in a press fit: `gross_slip` is then the load factor at which the transient from no slip slides
+        off, if statics has no lower one.
     least_damping, most_damping, least_frequency, most_frequency
         (K,) the least and the largest values of all steady states found over the residual slips, see `dissipation_range`: they occur; the true range
         may be wider. NaN without a range, and the frequencies where `frequency` is.
@@ -93,6 +97,16 @@ class BackboneCurve(Kept, Plotted):
     friction: Array
     steps: int | None
     residual: float
+    self_stress: bool = False
+
+    @property
+    def motion(self) -> Array:
+        """(K,) half the range of the mean motion of what the load acts on, along the load, over the cycle, length.
+
+        It is the displacement over the size of the load at load factor 1. NaN where that is not known: of loads that are no tractions or forces per
+        volume, and of systems that no model was condensed to, see `load_size` of `ContactSystem`.
+        """
+        return self.displacement / size_of(self.system, self.cycle)
 
     def load_at(self, *, slipping: float | None = None, work: float | None = None, progress: bool = True) -> SteadyState:
         """The steady state near the load factor at which so large a share of the contact slips, or the work per cycle is so large.
@@ -140,8 +154,8 @@ class BackboneCurve(Kept, Plotted):
         return steady_state(self.system, self.cycle, self.friction, float(factor), steps=self.steps, progress=progress)
 
     def to_frame(self) -> pd.DataFrame:
-        """The DataFrame of the load factors, one row each: columns load_factor, outcome, work, .., most_frequency; `attrs["note"]` is the note."""
-        names = ("load_factor", "outcome", "exponent", *SEEN, *RANGES)
+        """The DataFrame of the load factors, one row each: columns load_factor, outcome, .., most_frequency; `attrs["note"]` is the note."""
+        names = ("load_factor", "outcome", "exponent", *SEEN[:4], "motion", *SEEN[4:], *RANGES)
         table = frame({name: getattr(self, name) for name in names}, units=self.system.units)
         table.attrs["note"] = self.note
         return table
@@ -153,3 +167,8 @@ class BackboneCurve(Kept, Plotted):
         least = {"least_frequency": float(np.nanmin(self.frequency))} if "frequency" in known else {}
         count = {"load_factors": len(self.load_factor), "outcomes": ", ".join(dict.fromkeys(self.outcome))}
         return {**count, **largest, **least, **named, "gross_slip": self.gross_slip, "residual": self.residual, "note": self.note}
+
+
+def size_of(system: ContactSystem, cycle: LoadCycle) -> float:
+    """Size of the cyclic load at load factor 1, force, by its first corner; NaN where it is not known."""
+    return sum(abs(amplitude) * system.load_size.get(case, np.nan) for case, amplitude in cycle.corners[0].items() if amplitude) or np.nan

@@ -70,8 +70,9 @@ def dissipation_study(
         Any executor of `concurrent.futures`' interface, such as a `ProcessPoolExecutor` or a dask client's `get_executor()`; None: this process. It
         gets at most 256 tasks at a time; each ends with the run in which its first second is over. A run that it loses is a row that says so.
     store
-        File that keeps each run by its content when its task ends: a study that is started again, also after it was killed, computes only the missing
-        runs and those that failed. Several studies may share the file on a disk of this machine. `results.read_store` reads it.
+        File that keeps each run by its content when its task ends: a study that is started again, also after it was killed, follows only the missing
+        runs and those that failed; shakedown limits are computed in each call. Several studies may share the file on a disk of this machine.
+        `results.read_store` reads it.
     progress
         Show count, rate and time left, on a terminal and in a notebook.
 

@@ -19,10 +19,11 @@ from ..contact.files import output
 from ..contact.result import WIDE
 from ..limits import GrossSlip, GuaranteedLimit, RequiredFriction, ShakedownLimit
 from ..transients import SteadyState
-from .backbone_result import BackboneCurve
+from .backbone_result import BackboneCurve, size_of
 
 _MANY = 20  # nodes that slip, from which on their work and share settle with the mesh to some per cent
 _CORNERS = 4  # whose forces are shown
+_MEASURES = "work: of friction, per cycle; slipping: share of all contacts; slip_range: largest of all nodes; damping: ratio."
 _HEAD = """<!doctype html>
 <html lang="en"><meta charset="utf-8"><title>Joint</title>
 <style>
@@ -57,7 +58,7 @@ class Report(Kept):
     >>> joint = fo.report(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), friction=0.5)
     >>> print(joint.numbers[["number", "value"]].head(3).round(3).to_string(index=False))
               number  value
-     gross-slip load    inf
+     gross-slip load   2.00
       work per cycle   1.00
     share that slips   0.25
     """
@@ -115,9 +116,10 @@ class Report(Kept):
     def _rows(self) -> Iterator[tuple[str, float, str, str, str]]:
         steady, limit, slides, lifts = self.steady, self.limit, self.gross_slip, self._lifts
         by_nodes = "no" if lifts else "unless edges are sharp"
-        force, length = (self.system.units or "force, length").split(", ")
+        units = self._units
         if slides is not None:
-            yield "gross-slip load", slides.load_factor, "load factor", "yes", slides.reason
+            settles = "yes" if slides.self_stress is None else "as the pressure of the fit does"
+            yield "gross-slip load", slides.load_factor, "load factor", settles, slides.reason
         if steady is not None:
             slipping = int(steady.slipping.sum())
             as_slip = "yes" if slipping >= _MANY else f"once more nodes slip, {slipping} do here" if slipping else "unless nodes slip on finer meshes"
@@ -126,17 +128,53 @@ class Report(Kept):
                 told += f"; finer increments may change it by {steady.step_error:.1g} of it"
             elif steady.unproven:
                 told += f"; at {steady.unproven} events it is not proven that there is no other way on"
-            yield "work per cycle", steady.dissipation, f"{force} {length}{' per depth' * (self.system.tangents == 1)}", as_slip, told
+            yield "work per cycle", steady.dissipation, units["work"], as_slip, told
             of = "the area of all contacts" if self.system.width is not None else "the nodes of all contacts"
-            yield "share that slips", steady.slipping_share, "", as_slip, f"of {of}, in each cycle of this steady state"
-            yield "largest slip range", float(self.contacts["slip_range"].max()), length, as_slip, "in each cycle of this steady state"
+            yield "share that slips", steady.slipping_share, "of 1", as_slip, f"of {of}, in each cycle of this steady state"
+            yield "largest slip range", float(self.contacts["slip_range"].max()), units["slip_range"], as_slip, "in each cycle of this steady state"
+            if np.isfinite(motion := self._motion):
+                meaning = "half the range of the mean motion of what the load acts on, along the load, in this steady state"
+                yield "motion of the load", motion, units["motion"], "yes", meaning
         if limit is not None:
             name = "shakedown limit" + " with these nodes open" * (lifts and self.system.tangents == 2)
             yield name, limit.load_factor, "load factor", by_nodes, f"{limit.reason}. It covers {limit.covers}"
         if self.guaranteed is not None:
             yield "guaranteed limit", self.guaranteed.load_factor, "load factor", by_nodes, self.guaranteed.reason
         if self.required is not None:
-            yield "required friction", self.required.required, "", by_nodes, f"at load factor 1: {self.required.reason}"
+            yield "required friction", self.required.required, "coefficient", by_nodes, f"at load factor 1: {self.required.reason}"
+
+    @property
+    def _units(self) -> dict[str, str]:
+        """Units of the columns of tables; a column without a unit is a share, a ratio or a name."""
+        force, length = (self.system.units or "force, length").split(", ")
+        deep, area = (" per depth", length) if self.system.tangents == 1 else ("", f"{length}^2")
+        units = {"work": f"{force} {length}{deep}", "slip_range": length, "motion": length, "area": area}
+        units |= {"stiffness": f"{force}{deep} per {length}", "displacement": f"{force} {length}{deep} per load factor"}
+        return units | dict.fromkeys(("P", "Q", "fP"), f"{force}{deep}")
+
+    def _with_units(self, table: pd.DataFrame) -> pd.DataFrame:
+        """A table with the unit of each column in its name. A displacement is named for what it is, no length."""
+        units = self._units
+
+        def name_of(column: str) -> str:
+            kind = column.split("_")[0] if column[-1:].isdigit() else column
+            name = "work of the load" if column == "displacement" else column
+            return f"{name} ({units[kind]})" if kind in units else name
+
+        return table.rename(columns=name_of)
+
+    def _growing(self, curve: BackboneCurve) -> pd.DataFrame:
+        """What is known of a curve. Its stiffness is force over motion, not the load factor over the work of the load."""
+        known, size = curve.to_frame().drop(columns="stiffness"), size_of(self.system, self.cycle)
+        if np.isfinite(size):
+            known = known.drop(columns="displacement")
+            known.insert(known.columns.get_loc("motion") + 1, "stiffness", size * curve.load_factor / curve.motion)
+        return known.dropna(axis=1, how="all")
+
+    @property
+    def _motion(self) -> float:
+        """Half the range of the motion of the load at load factor 1; NaN where it is not known."""
+        return np.nan if self.curve is None else float(self.curve.motion[self.curve.load_factor == 1].max(initial=-np.inf))
 
     @property
     def _lifts(self) -> bool:
@@ -167,7 +205,8 @@ class Report(Kept):
         elif slides is not None and slides.least * (1 - ROUNDING) > 1:
             yield f"At your load nothing rests: below load factor {slides.least:.4g} the mean load slides bodies off."
         elif slides is not None and slides.load_factor < np.inf:
-            yield f"Your load is {1 / slides.load_factor:.1%} of the gross-slip load, at which bodies slide off."
+            fit = " in a transient from no slip: statics cannot know how far the fit presses" * (slides.self_stress is not None)
+            yield f"Your load is {1 / slides.load_factor:.1%} of the gross-slip load, at which bodies slide off{fit}."
 
     def _on_slip(self, enough: bool) -> Iterator[str]:
         """What the steady cycle says, and what the limits add to it."""
@@ -204,10 +243,9 @@ class Report(Kept):
             few = len(corners) <= _CORNERS
             told = f"P, Q and fP are pressure, shear and the most that friction can hold, at the corners {'; '.join(corners)}."
             contacts = self.contacts if few else self.contacts.filter(regex=r"^(?!f?[PQ]_\d)")
-            yield "Contacts at load factor 1", [told] * few, contacts, self.steady
+            yield "Contacts at load factor 1", [told] * few, self._with_units(contacts), self.steady
         if self.curve is not None:
-            known = self.curve.to_frame().dropna(axis=1, how="all")
-            yield "What grows with the load", [], known, self.curve
+            yield "What grows with the load", [_MEASURES], self._with_units(self._growing(self.curve)), self.curve
         if self.missing:
             yield "Without an answer", [f"{name}: {why}" for name, why in self.missing.items()], None, None
 

@@ -5,7 +5,7 @@ A file is an npz archive of the arrays of a result, and one text of JSON that sa
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from datetime import date, datetime
 from enum import Enum
 from pathlib import Path
@@ -206,13 +206,28 @@ class _Read:
 
     @staticmethod
     def _thing(kind: type[Any], state: dict[str, Any]) -> object:
-        if list(state) != _names(kind):
-            raise ValueError(f"another version of frictopt wrote it: {kind.__name__} has other fields")
+        """A thing with its state. A field that a later version of its class has added takes its default."""
+        names = _names(kind)
+        if unknown := [name for name in state if name not in names]:
+            raise ValueError(f"another version of frictopt wrote it: {kind.__name__} has no field {unknown[0]!r}")
+        missing = [name for name in names if name not in state and name not in _optional(kind)]
+        if missing:
+            raise ValueError(f"another version of frictopt wrote it: {kind.__name__} lacks its field {missing[0]!r}")
         if not is_dataclass(kind):
             return kind(**state)
+        if len(state) < len(names):  # `__init__` also makes what follows from a default
+            return kind(**{one.name: state[one.name] for one in fields(kind) if one.init and one.name in state})
         made = object.__new__(kind)
         getattr(made, "__setstate__", vars(made).update)(state)
         return made
+
+
+def _optional(kind: type[Any]) -> set[str]:
+    """Names of the fields that have a default, or that follow from others."""
+    if not is_dataclass(kind):
+        return set(kind._field_defaults)
+    has_default = {one.name for one in fields(kind) if one.default is not MISSING or one.default_factory is not MISSING}
+    return has_default | {one.name for one in fields(kind) if not one.init}
 
 
 def _row(row: Any) -> tuple[object, str, object]:

@@ -32,6 +32,7 @@ from . import models
 from .gross_slip_result import GrossSlip, motion_table, moves_told
 from .programs import outer_corners
 from .question import Question, pose
+from .self_stress import beyond_statics
 
 
 @warns_of_odd_values
@@ -40,8 +41,13 @@ def gross_slip(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts:
 
     By statics: on all that the contact alone holds, forces within friction, `|q| <= f p`, and within the shear strength of the surface have to
     balance the loads at each corner. Stiffness, gaps and residual slips do not matter, so the answer settles with the mesh. It is inf where supports
-    hold the bodies; of a body that they guide along its face, ask `shakedown_limit`. A contact may slip for ever far below it, and wedged bodies may
-    slide off below it too: Coulomb's law does not choose forces as statics does. Theory, eq. (33).
+    hold the bodies. A contact may slip for ever far below it, and wedged bodies may slide off below it too: Coulomb's law does not choose forces as
+    statics does. Theory, eq. (33).
+
+    If contact forces can balance themselves or press against supports, as in a press fit, a clip, a joint with a locked bolt or under a body that
+    supports guide along its face, statics cannot know how far the fit presses. Then transients from no slip are followed, and the answer is the load
+    factor at which they slide off, if that is less; `reason` says so. It is found to 2e-4 of it, in space to 2e-3 with two increments from corner to
+    corner, which may take minutes.
 
     Parameters
     ----------
@@ -56,7 +62,8 @@ def gross_slip(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts:
     Raises
     ------
     ModelError, SolverError
-        Bad input, contacts that the system does not have; no solver gave an answer that passes the checks.
+        Bad input, contacts that the system does not have; no solver gave an answer that passes the checks; with forces that balance themselves, see
+        also `steady_state`.
 
     Examples
     --------
@@ -75,15 +82,27 @@ def gross_slip(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts:
                load_factor: 0.0 <= load_factor
     """
     with bar_of(progress, "gross slip"):
-        return _of_corners(system, cycle, friction, contacts)
+        task, only = _asked(system, cycle, friction, contacts)
+        return beyond_statics(_of_corners(task, only), system, cycle, task.friction)
 
 
-def _of_corners(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts: Iterable[str] | None) -> GrossSlip:
-    """The answer, of what each corner allows."""
-    task, only = pose(system, cycle, friction, strong=True), ""
-    if contacts is not None:
-        names, among = _checked(system, contacts)
-        task, only = replace(task, friction=frozen(task.friction * among)), f"with friction at {', '.join(names)} alone, "
+def statics_alone(system: ContactSystem, cycle: LoadCycle, friction: Any) -> float:
+    """The load factor above which statics has no state of rest, whatever the fit presses: `bound` of `gross_slip`, without transients."""
+    return _of_corners(*_asked(system, cycle, friction, None)).load_factor
+
+
+def _asked(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts: Iterable[str] | None) -> tuple[Question, str]:
+    """The question, with friction in some contacts alone, and that in words."""
+    task = pose(system, cycle, friction, strong=True)
+    if contacts is None:
+        return task, ""
+    names, among = _checked(system, contacts)
+    return replace(task, friction=frozen(task.friction * among)), f"with friction at {', '.join(names)} alone, "
+
+
+def _of_corners(task: Question, only: str) -> GrossSlip:
+    """The answer of statics, of what each corner allows."""
+    system, cycle = task.system, task.cycle
     N, bounds = nodal_motions(rigid_motions(system.S, system.own_stiffness)), "friction" + " and the strength of the surface" * system.capped
     r1 = reactions(system, cycle.corners)  # without gaps, which do no work in rigid motions
     r0 = np.broadcast_to(reactions(system, cycle.unscaled), r1.shape)

@@ -25,9 +25,9 @@ class GrossSlip(Explained):
     ----------
     load_factor
         Above it no state of rest exists, from no start, whatever slips and opens. Inf where the loads drive no motion that the contact alone holds;
-        NaN where no load factor has a state of rest.
+        NaN where no load factor has a state of rest. With a `self_stress`: above it the transient from no slip slides off, if that is less.
     bound
-        The same from above: `phi` times the reactions at load factor 0, over minus those of the cyclic load.
+        That of statics from above, also with a `self_stress`: `phi` times the reactions at load factor 0, over minus those of the cyclic load.
     least
         Below it no state of rest exists either; above 0 where the loads that the load factor leaves as they are slide a body off.
     corner, loads
@@ -41,6 +41,9 @@ class GrossSlip(Explained):
         not turn, else NaN. NaN where the nodes of a contact do not move as one body.
     reason
         Why it is so, in words.
+    self_stress
+        (t + 1, N) contact forces within friction that balance themselves, their pressures adding up to 1: shear along the tangents, then pressure.
+        None if there are none, or the cyclic loads drive no body. With them statics cannot know how far a fit presses.
     record, problem
         How it was found; its `residual`, at most 1e-9, is the largest error of both proofs. The cvxpy problem of the corner, in your units, or None.
 
@@ -64,6 +67,7 @@ class GrossSlip(Explained):
     reason: str
     record: SolveRecord
     problem: cp.Problem | None
+    self_stress: Array | None = None
 
     def to_frame(self) -> pd.DataFrame:
         """The motion, see there."""

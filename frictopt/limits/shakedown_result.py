@@ -17,7 +17,7 @@ from ..errors import ModelError, SolverError
 from ..solve.compiled import Proof
 from ..transients.statics import unscaled_diagnosis
 from .answered import Rated
-from .gross_slip import gross_slip
+from .gross_slip import statics_alone
 from .least_slip import LeastSlip, least_slip
 from .open_nodes import border, stays_closed
 
@@ -123,11 +123,11 @@ class ShakedownLimit(Rated):
 
     @cached_property
     def bound_for_all(self) -> float:
-        """Load factor above which no state of rest exists, from no start, whatever opens: that of `gross_slip`; 0 where the mean load slides off.
+        """Load factor above which no state of rest exists, from no start, whatever opens: `bound` of `gross_slip`; 0 where the mean load slides off.
 
         Inf where supports hold the bodies: then nothing bounds the states that `covers` leaves out. SolverError if no solver's answer passes.
         """
-        most = gross_slip(self.system, self.cycle, self.friction).load_factor
+        most = statics_alone(self.system, self.cycle, self.friction)
         return 0.0 if np.isnan(most) else most
 
     @property

@@ -15,6 +15,7 @@ from mpl_toolkits.mplot3d.proj3d import proj_transform
 from ..contact import Array, ContactSystem, Integers
 from ..fem.bodies import Body
 from ..fem.cyclic import Cyclic
+from ..fem.elasticity import integration_points
 from ..fem.loads import Pressure, Traction
 from ..fem.model import ContactModel
 from ..fem.modes import Modes
@@ -30,6 +31,7 @@ _NAME = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "pad": 2.0}
 _ABOVE = 1e3  # of names in space: above all faces, to which matplotlib gives numbers by their distance
 _ZOOM = 1.1  # of bodies in space: matplotlib leaves more room around them than the names of the axes need
 _LINE = 16.0  # height of a name in space with its frame, points
+_PRESSES = 1e-3  # cosine between a traction and the inward normal from which on its arrow ends on the face
 _BESIDE = {"shrink": 0.6, "pad": 0.12}  # of a colour bar in space, beside the labels of the axis z
 
 
@@ -177,17 +179,29 @@ def _load(axes: AnyAxes, model: ContactModel, case: str, length: float, color: s
             others.append(re.sub("(?<!^)(?=[A-Z])", " ", type(part).__name__).lower())
             continue
         body = model.bodies[part.body]
-        nodes = body.boundary_nodes(part.boundary, "loads")
-        force = part._forces(body, model.kinematics or "plane_strain")[:, nodes]
-        strength = np.linalg.norm(force, axis=0)
-        chosen = [node for node in spread(body.mesh.p[:, nodes], 9) if strength[node] > 0]
-        points, step = body.mesh.p[:, nodes[chosen]], force[:, chosen] / strength[chosen] * length
-        pressing = (step * (body.mesh.p.mean(axis=1)[:, None] - points)).sum(axis=0) > 0
-        look: Look = {"linewidth": 1.0, "arrow_length_ratio": 0.35} if in_space else {"width": 0.003, "headwidth": 6, "zorder": 2.5}
+        points, traction, normals = _mean_tractions(part, body)
+        strength = np.linalg.norm(traction, axis=0)
+        chosen = [facet for facet in spread(points, 9) if strength[facet] > 0]
+        points, step = points[:, chosen], traction[:, chosen] / strength[chosen] * length
+        pressing = (step * normals[:, chosen]).sum(axis=0) < -_PRESSES * length
+        look: Look = {"linewidth": 1.0, "arrow_length_ratio": 0.35}
+        if not in_space:
+            look = {"units": "inches", "width": 0.014, "headwidth": 6, "zorder": 2.5}
         arrows(axes, (points - np.where(pressing, step, 0.0)).T, step.T, color=color, **look)
     nowhere: list[list[float]] = [[]] * (3 if in_space else 2)
     kinds = [f"{count} x {kind}" if count > 1 else kind for kind, count in Counter(others).items()]
     axes.plot(*nowhere, color=color, marker=">", label=f"load {case}" + (f" ({', '.join(kinds)})" if kinds else ""))
+
+
+def _mean_tractions(part: Traction | Pressure, body: Body) -> tuple[Array, Array, Array]:
+    """(d, m) middles of the loaded facets, and the mean traction and the mean outward normal on each.
+
+    Nodal forces would mislead: at corners of quadratic elements they are zero up to rounding, or point against the load.
+    """
+    points, normals, sizes, *_ = integration_points(body.mesh, body.boundary(part.boundary, "loads"))
+    share = sizes / sizes.sum(axis=1, keepdims=True)
+    at, traction, normal = ((values * share).sum(axis=2) for values in (points, part._on_face(points, normals), normals))
+    return at, traction, normal
 
 
 @picture.register

@@ -1,6 +1,7 @@
 """Values at the nodes of contacts in space, on maps of their faces: seen along their normals, or unrolled about an axis."""
 
 from collections.abc import Sequence
+from heapq import heapify, heappop, heappush
 from math import ceil
 from typing import Any, NamedTuple
 
@@ -25,6 +26,8 @@ _ROW, _PANEL = 3, 2.7  # panels of one row, else as many rows as columns; side o
 _RING = 40  # area of a ring in a legend, points^2
 _MANY, _FEW, _SHORT = 60, 24, 0.02  # most arrows of one map, of each of several; those below this share of the longest are not drawn
 _FAR = 1.8  # times the edges at its corners: an edge that spans a hole or a notch of the face
+_OBTUSE = -0.1  # largest cosine of the angle of a triangle that may lie in a hole: there it is opposite to the edge in the hole
+_MORE = 1.001  # drawn area over the area of the contact, up to which nothing is taken off
 
 
 class Face(NamedTuple):
@@ -108,7 +111,9 @@ def _values(axes: Axes, system: ContactSystem, face: Face, values: Array, closed
     """Values of a face, filled between neighbours, with its open nodes as rings."""
     places, closed, values = face.places, closed[face.nodes], values[face.nodes]
     known, size = closed & np.isfinite(values), float(np.clip(size, *_POINT))
-    if (mesh := _triangles(None if system.contact is None else system.contact[face.nodes], places, known)) is not None:
+    names = None if system.contact is None else system.contact[face.nodes]
+    areas = None if system.width is None else system.width[face.nodes] * np.abs(np.linalg.det(face.turn))
+    if (mesh := _triangles(names, places, known, areas)) is not None:
         axes.tripcolor(mesh, np.where(known, values, 0.0), shading="gouraud", zorder=0.5, rasterized=True, **colours)
         size = max(_POINT[0], size / 4)
     shown = axes.scatter(places[closed, 0], places[closed, 1], c=values[closed], s=size, plotnonfinite=True, **colours)
@@ -169,8 +174,11 @@ def _legend(panels: Sequence[Axes]) -> None:
         axes.legend(handles.values(), handles.keys(), loc="upper center", bbox_to_anchor=(0.5, 0.0), bbox_transform=below, ncols=2)
 
 
-def _triangles(names: Names | None, places: Array, known: Booleans) -> Triangulation | None:
-    """Triangles between neighbours of one contact that have values; None where there are none."""
+def _triangles(names: Names | None, places: Array, known: Booleans, areas: Array | None) -> Triangulation | None:
+    """Triangles between neighbours of one contact that have values; None where there are none.
+
+    `areas` (n,) are those of the nodes on the map, None if unknown. They show which triangles lie in a hole.
+    """
     if np.linalg.matrix_rank(places - places.mean(axis=0), tol=_FLAT * float(np.ptp(places))) < 2:
         return None
     mesh = Triangulation(*places.T)
@@ -180,11 +188,50 @@ def _triangles(names: Names | None, places: Array, known: Booleans) -> Triangula
     usual = np.array([np.median(own) if own.size else 0.0 for own in at])
     far = lengths.max(axis=1) > _FAR * usual[mesh.triangles].max(axis=1)
     apart = np.zeros(len(far), dtype=bool) if names is None else (names[mesh.triangles] != names[mesh.triangles[:, :1]]).any(axis=1)
-    hidden = far | apart | ~known[mesh.triangles].all(axis=1)
+    hidden = far | apart
+    if areas is not None:
+        one = np.zeros(len(places)) if names is None else names
+        for name in np.unique(one):
+            own = one == name
+            _leave_holes(mesh, hidden, own[mesh.triangles].all(axis=1), float(areas[own].sum()))
+    hidden |= ~known[mesh.triangles].all(axis=1)
     if hidden.all():
         return None
     mesh.set_mask(hidden)
     return mesh
+
+
+def _leave_holes(mesh: Triangulation, hidden: Booleans, own: Booleans, area: float) -> None:
+    """Hide triangles of one contact in its holes and notches, until those that are left have its area.
+
+    Triangles join all nodes. Those in a hole join nodes of its rim. Each has an obtuse angle, opposite to the edge that it turns to the middle of the
+    hole, and the most obtuse one is hidden first. Then the next ones are at the edge of what is drawn.
+    """
+    corners = np.column_stack([mesh.x, mesh.y])[mesh.triangles]
+    sides = np.roll(corners, -1, axis=1) - corners
+    sizes = np.abs(np.linalg.det(sides[:, :2])) / 2
+    excess = sizes[own & ~hidden].sum() - _MORE * area
+    lengths = np.linalg.norm(sides, axis=2)
+    before, after = np.roll(sides, 1, axis=1), np.roll(sides, -1, axis=1)
+    opposite = -np.sum(before * after, axis=2) / np.roll(lengths, 1, axis=1) / np.roll(lengths, -1, axis=1)
+
+    def free_sides(triangle: int) -> list[tuple[float, int]]:
+        neighbours = mesh.neighbors[triangle]
+        free = (neighbours < 0) | hidden[neighbours] | ~own[neighbours]
+        return [(cosine, triangle) for cosine in opposite[triangle][free & (opposite[triangle] < _OBTUSE)].tolist()]
+
+    queue = [side for triangle in np.flatnonzero(own & ~hidden).tolist() for side in free_sides(triangle)]
+    heapify(queue)
+    while queue and excess > 0:
+        _, triangle = heappop(queue)
+        if hidden[triangle]:
+            continue
+        hidden[triangle] = True
+        excess -= sizes[triangle]
+        for neighbour in mesh.neighbors[triangle].tolist():
+            if neighbour >= 0 and own[neighbour] and not hidden[neighbour]:
+                for side in free_sides(neighbour):
+                    heappush(queue, side)
 
 
 def _seen(system: ContactSystem, own: Integers) -> tuple[Array, tuple[str, str], Array]:

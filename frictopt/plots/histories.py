@@ -106,7 +106,7 @@ def _backbone_curve(curve: BackboneCurve, ax: AxesArray | None = None) -> AxesAr
         axes.set_xscale("log")
         _limit_line(axes, r"guaranteed limit $\lambda_1$", curve.guaranteed_limit, GREY)
         _limit_line(axes, r"shakedown limit $\lambda_2$", curve.shakedown_limit, BLACK)
-        _limit_line(axes, "bodies slide off", curve.gross_slip, SERIES[1]["color"])
+        _limit_line(axes, "bodies slide off" + ", from no slip" * curve.self_stress, curve.gross_slip, SERIES[1]["color"])
     if known:
         if mode:
             more[0].axhline(curve.natural_frequency, color=GREY, lw=0.6, zorder=0, label="glued contact")

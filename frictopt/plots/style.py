@@ -91,9 +91,10 @@ def new_axes(
         figure, each, look = plt.figure(figsize=size, layout="constrained"), panels // blocks, {"projection": "3d"} if in_space else None
         rows = blocks * -(-each // columns)
         grid = figure.subplots(rows, columns, sharex=common_x, squeeze=False, subplot_kw=look).reshape(blocks, -1)
-        figure.align_ylabels()
         for spare in grid[:, each:].flat:
             spare.remove()
+        # Only now: matplotlib would keep spare axes in the group of aligned labels, without a figure to draw them in.
+        figure.align_ylabels()
         return list(grid[:, :each].flat)
     axes = np.ravel(np.asarray(ax, dtype=object))
     if len(axes) != panels or not all(isinstance(one, Axes3D if in_space else Axes) for one in axes):
