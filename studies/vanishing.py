@@ -59,7 +59,8 @@ def _above(limit: fo.results.GuaranteedLimit, distance: float) -> dict[str, Any]
     moved = np.linalg.norm(path.slip - path.slip[0], axis=-1).max(axis=0)
     of_corner = (np.round(path.time).astype(int) - 1) % corners
     least = (path.p - load_factor * cycle.corner_reactions(system)[1][of_corner]).min(axis=0)  # what the slips leave without the cyclic load
-    room = least - load_factor * needed(pose(system, cycle, friction))[1] / friction
+    needed_bounds = needed(friction, *pose(system, cycle, friction).parts[2:])[1]
+    room = least - load_factor * needed_bounds / friction
     slips = moved > 1e-6 * moved.max()
     return {
         "amplitude": float(moved.max() / limit.largest_slip),

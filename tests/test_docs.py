@@ -9,6 +9,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
+import cvxpy as cp
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -103,6 +104,12 @@ def test_the_page_that_opens_the_model_runs_as_typed_and_its_numbers_agree(quiet
     pairs = [dict(zip(page["bolts"], np.add(1.0, 2.0 * np.isin(range(5), pair)), strict=True)) for pair in combinations(range(5), 2)]
     limits = [fo.shakedown_limit(page["lap"], fo.LoadCycle(pair, page["swing"]), 0.4).load_factor for pair in pairs]
     assert page["which"].value == pytest.approx(max(limits), rel=1e-7) and page["chosen"] == pairs[int(np.argmax(limits))]
+    assert fo.shakedown_limit(page["small"], page["cycle"], page["five"]).load_factor == pytest.approx(page["most_coated"], rel=1e-7)
+    assert page["proven"] <= page["above"] * (1 + 1e-7) and page["above"] < 1.02 * page["proven"]
+    few = fo.ShakedownModel(fo.scenes.PunchOnHalfPlane(elements=8).condense(), page["cycle"])
+    of_pairs = [few.solve(0.4 + 0.3 * np.isin(range(9), pair)).load_factor for pair in combinations(range(9), 2)]
+    best = page["coat"](few.solve(0.4), 2, lambda q: [cp.abs(q)])[1].solve(solver="HIGHS")
+    assert best == pytest.approx(max(of_pairs), rel=1e-7)
 
 
 @pytest.mark.parametrize("page", sorted({*(DOCS / "api").glob("*.md")} - {DOCS / "api" / "index.md"}), ids=lambda page: page.stem)

@@ -144,10 +144,11 @@ def test_the_problem_is_named_dpp_and_compiled_once(punch, paper_cycle):
     first, second, again = model.solve(0.3), model.solve(0.5), model.solve(0.5)
     assert len(again.record.attempts) == len(second.record.attempts)
     assert first.problem is second.problem and first.problem.is_dpp()
-    labels = ["stuck[0]", "stuck[1]", "slip_bound", "critical", "critical", "load_factor"]
-    assert [constraint.label for constraint in first.problem.constraints if constraint.label] == labels
-    text = explained(second)
-    assert text.count("    critical  ") == 2 and "rows bind" in text and f"{second.load_factor:.12g}" in text
+    labels = ["q_r", "p_r", "q[0]", "p[0]", "q[1]", "p[1]", "stuck[0]", "pressed[0]", "stuck[1]", "pressed[1]", "slip_bound"]
+    assert [row.label for row in first.problem.constraints] == [*labels, "critical_q", "critical_p", "load_factor"]
+    text, node = explained(second), second.node
+    assert f"critical_q: q0[{node}] + q_r[{node}] == load_factor * c\n" in text
+    assert f"critical_p: p0[{node}] + p_r[{node}] == load_factor * rho\n" in text and "rows bind" in text and f"{second.load_factor:.12g}" in text
 
 
 def test_no_solver_outlives_its_answer(punch, paper_cycle, monkeypatch):

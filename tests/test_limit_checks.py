@@ -43,7 +43,7 @@ def test_a_witness_off_its_bounds_is_not_accepted(monkeypatch):
 
     def lie(compiled, z, multipliers):
         variables = compiled.problem.var_dict
-        if "at_zero" in compiled.problem.param_dict and z[compiled.place(variables["load_factor"])] <= right.load_factor * (1 + 1e-9):
+        if "rho" in compiled.problem.param_dict and z[compiled.place(variables["load_factor"])] <= right.load_factor * (1 + 1e-9):
             z[compiled.place(variables["slip"])] = inside
             told.append(z)
 
@@ -271,7 +271,7 @@ def test_the_right_load_factor_at_a_slip_that_is_not_safe_is_no_answer(ask, monk
     assert right.load_factor == pytest.approx(ask(system(*FIRST_PAIR), CYCLE, 0.6).load_factor, rel=1e-8) and right.residual < 1e-9
 
     def lie(compiled, z, multipliers):
-        if ("at_zero" in compiled.problem.param_dict) == (ask is fo.guaranteed_limit):
+        if ("rho" in compiled.problem.param_dict) == (ask is fo.guaranteed_limit):
             z[compiled.place(compiled.problem.var_dict["slip"]).start + 2] += 10.0
 
     misread(monkeypatch, lie)

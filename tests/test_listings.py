@@ -97,8 +97,9 @@ def test_a_least_load_above_zero_in_a_bare_script(tangents):
 def test_the_margin_in_a_bare_script(tangents, load_factor):
     contact, cycle = asked(tangents)
     script, margin = Script(contact, cycle, 0.5, load_factor), cp.Variable(name="margin")
-    unit = 0.5 * contact.reaction(cycle.mean)[1].mean()
-    rows = script.rest + script.listing.inside(script.x, script.f, script.corners, dict.fromkeys(script.corners, margin * unit), margin)
+    force = contact.reaction(cycle.mean)[1].mean()
+    spare, press = (dict.fromkeys(script.corners, margin * unit) for unit in (0.5 * force, force))
+    rows = script.rest + script.listing.inside(script.x, script.f, script.corners, spare, press, margin)
     assert script.solved(script.listing.safe_slip(margin, rows)) == near(fo.safe_slip(contact, cycle, 0.5, load_factor).margin, tangents)
 
 
@@ -128,18 +129,19 @@ def test_the_slip_that_presses_most_in_a_bare_script(tangents):
 
 @BOTH
 def test_the_critical_load_of_a_node_in_a_bare_script(tangents):
-    """Its state from the package's answer: what its slip adds there to the reactions of the node, at 0 and at the limit, is on one line."""
+    """What its loads need from the package's answer: with the slip, its reactions are that at the limit."""
     contact, cycle = asked(tangents, 3)
     limit = fo.guaranteed_limit(contact, cycle, 0.6)
     state = next(one for (one,) in critical_states(pose(contact, cycle, 0.6)) if one.node == limit.node)
     script = Script(contact, cycle, 0.6)
     own = (np.arange(contact.nodes) == limit.node).astype(float)
-    loose = cp.Constant(own * 1.0)
-    node, at_zero, rate = (
-        cp.Parameter(len(value), name=name, value=value) for name, value in (("node", own), ("z", state.at_zero), ("r", state.rate))
-    )
+    loose, node = cp.Constant(own * 1.0), cp.Parameter(len(own), name="node", value=own)
+    q0, p0 = contact.reaction(cycle.mean)
+    load = [script.listing.at_node(node, script.listing.named(value, name)) for name, value in {"q0": q0, "p0": p0}.items()]
+    *shear, pressure = state.rate
+    needed = cp.Constant(shear if tangents == 2 else shear[0], name="c"), cp.Constant(pressure, name="rho")
     rows = script.rest + script.listing.stuck(script.x, script.f, script.corners, loose=loose)
-    found = script.solved(script.listing.critical(script.x, node, at_zero, rate, cp.Minimize, rows))
+    found = script.solved(script.listing.critical(script.x, node, load, needed, cp.Minimize, rows))
     assert 0 < limit.load_factor < limit.shakedown.load_factor and found == near(limit.load_factor, tangents)
 
 

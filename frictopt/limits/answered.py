@@ -82,7 +82,7 @@ class Mechanism:
         columns: dict[str, Any] = {
             **of_nodes(system, node),
             "corner": corner,
-            "loads": [corners[k] for k in corner.tolist()],
+            "loads": pd.Series([corners[k] for k in corner.tolist()], dtype=str),
         }
         sense = slips[way, corner, :, node].T
         if system.tangents == 1:
@@ -148,7 +148,8 @@ class Answered(Recorded, Plotted):
         Columns node, contact (if several), x (x, y, z in space), event ("opens" or "closes"), way (part of the way, 0 to 1), loads (there, at load
         factor 1).
         """
-        found = pd.DataFrame(self._task.events, columns=["node", "event", "way", "loads"]).astype({"node": int})
+        found = pd.DataFrame(self._task.events, columns=["node", "event", "way", "loads"])
+        found = found.astype({"node": int, "event": str, "way": float, "loads": str})
         return pd.DataFrame({**of_nodes(self.system, found.pop("node").to_numpy()), **found})
 
     @property
@@ -213,12 +214,13 @@ class Proven(Answered, Explained):
         slips, of `strength[k]` of those in which the surface shears off. A row without a label is named by its left side, or its right side if the
         left is constant. In your own rows, node is the first index of an entry and component the others. Empty without a program.
         """
-        tables = [pd.DataFrame(columns=["row", "corner", "node", "component", "multiplier"])] * (not self._duals)
+        none = pd.DataFrame({"row": [], "corner": [], "node": [], "component": [], "multiplier": []})
+        tables = [none.astype({"row": str, "corner": int, "node": int, "component": int})] * (not self._duals)
         for name, dual in self._duals:
             corner = int(found.group(1)) if (found := _OF_CORNER.fullmatch(name)) else -1
             values = dual.reshape(len(dual), int(np.prod(dual.shape[1:])))
             node, component = (part.ravel() for part in np.indices(values.shape))
-            node = np.flatnonzero(np.isfinite(self.system.shear_strength))[node] if name.startswith("strength[") else node
+            node = np.flatnonzero(np.isfinite(self.system.shear_strength))[node] if name.startswith("strength") else node
             tables.append(pd.DataFrame({"row": name, "corner": corner, "node": node, "component": component, "multiplier": values.ravel()}))
         return pd.concat(tables, ignore_index=True)
 

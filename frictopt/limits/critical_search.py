@@ -13,8 +13,8 @@ import numpy as np
 from ..contact import RESIDUAL, Array, SolveRecord, frozen
 from ..solve.problem import put_back, standing
 from .answered import Mechanism
-from .critical_state import CriticalState
-from .models import Row, Unknowns, critical, stuck
+from .critical_state import CriticalState, NeededByNode
+from .models import Row, Unknowns, at_node, critical, named, stuck
 from .programs import Program, listed_rows
 from .question import Question
 
@@ -44,9 +44,10 @@ class CriticalSearch:
 
     def __init__(self, x: Unknowns, task: Question, own: Mapping[str, Row], solver: str | None) -> None:
         self._x, self._task, self._own, self._solver, self.records = x, task, own, solver, list[SolveRecord]()
-        n, axes = task.system.nodes, task.system.tangents + 1
-        self._node, self._loose, self._f = (cp.Parameter(n, nonneg=True, name=name) for name in ("node", "loose", "f"))
-        self._at_zero, self._rate, self._most = cp.Parameter(axes, name="at_zero"), cp.Parameter(axes, name="rate"), cp.Parameter(name="most")
+        self._node, self._loose, self._f = (cp.Parameter(task.system.nodes, nonneg=True, name=name) for name in ("node", "loose", "f"))
+        self._most = cp.Parameter(name="most")
+        self._needed = NeededByNode(self._f, self._node, task.parts, task.fixed)
+        self._parameters = self._needed.parameters(task.system.tangents)
         self._programs: dict[bool, Program] = {}
 
     def ask(self, task: Question) -> None:
@@ -75,7 +76,7 @@ class CriticalSearch:
 
     def _set(self, state: CriticalState) -> None:
         task, own = self._task, (np.arange(self._task.system.nodes) == state.node).astype(float)
-        self._node.value, self._loose.value, self._at_zero.value, self._rate.value = own, own * task.node_unit, state.at_zero, state.rate
+        self._node.value, self._loose.value, self._f.value, self._needed.corners = own, own * task.node_unit, task.friction, state.corners
 
     def _solved(self, state: CriticalState, found: float, highest: bool = False) -> NodeClaim:
         self._set(state)
@@ -91,17 +92,23 @@ class CriticalSearch:
 
     def _program(self, highest: bool) -> Program:
         if highest not in self._programs:
-            task, x = self._task, self._x
+            task, x, given = self._task, self._x, self._parameters
 
             def friction(x: Unknowns, corners: list[int]) -> list[Row]:
-                return stuck(x, self._f, corners, task.little, None if task.fixed else self._loose)
+                return stuck(x, self._f, corners, None if task.fixed else self._loose)
 
             program = listed_rows(task, x, self._f, every=bool(self._own), friction=friction)
             program.own, rows = self._own, program.rows + ([(x.load_factor <= self._most).set_label("at_most")] if highest else [])
-            problem = critical(x, self._node, self._at_zero, self._rate, cp.Maximize if highest else cp.Minimize, rows)
+            problem = critical(x, self._node, self._load(), (given["c"], given["rho"]), cp.Maximize if highest else cp.Minimize, rows)
             self._programs[highest] = program.compiled(problem, task.load_unit)
         self._programs[highest].ask(self._task, self._task.load_unit)
         return self._programs[highest]
+
+    def _load(self) -> list[cp.Expression]:
+        """What the node carries at load factor 0, by the names of the shear and of the normal forces."""
+        if self._task.fixed:
+            return [self._parameters["c0"], self._parameters["rho0"]]
+        return [at_node(self._node, named(self._task.parts[part][0], name)) for part, name in enumerate(("q0", "p0"))]
 
 
 def _claimed(program: Program, state: CriticalState, found: float) -> NodeClaim:
@@ -125,7 +132,7 @@ def critical_motion(program: Program, state: CriticalState) -> Mechanism:
     task, f, node, corners = program.task, program.task.friction, state.node, list(state.corners)
     others = program.motion
     moves = -others.moves
-    y = np.array([float(row.dual_value) for row in program.problem.constraints if row.label == "critical"])
+    y = np.concatenate([np.ravel(row.dual_value) for row in program.problem.constraints if row.label in ("critical_q", "critical_p")])
     q = task.states(program.load_factor, program.slip)[1][corners, :-1, node]
     size = np.linalg.norm(q, axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -12,13 +12,17 @@ other nodes and a_j = -1, the sum of `d q + f a p` is that of the mean load. Wit
 A fixed-point iteration looks for such multipliers; where it does not converge (large friction) the bound of node j is 0.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
+from typing import Any
 
+import cvxpy as cp
 import numpy as np
 
 from ..contact import CONDENSATION, RESIDUAL, ROUNDING, Array, Integers, lengths
+from ..errors import ModelError
 from ..solve.compiled import Change
 from .programs import tractions
 from .question import Question
@@ -45,10 +49,9 @@ class CriticalState:
     rate: Array
 
 
-def needed(task: Question) -> tuple[Array, Array]:
+def needed(friction: Array, q1: Array, p1: Array) -> tuple[Array, Array]:
     """(N,) or (N, 2) shear c and (N,) friction bound `f rho` that the cyclic loads of each node need, at load factor 1."""
-    _, _, q1, p1 = task.parts
-    fp1 = task.friction * p1
+    fp1 = friction * p1
     if q1.ndim == 3:
         return smallest_discs(-q1.transpose(1, 0, 2), -fp1.T)
     ahead, back = (-q1 - fp1).max(axis=0), (q1 - fp1).max(axis=0)
@@ -60,7 +63,8 @@ def critical_states(task: Question) -> list[list[CriticalState]]:
     f = task.friction
     if task.fixed:
         return _of_pairs(task)
-    ((q0,), (p0,), q1, p1), (shear, bound) = task.parts, needed(task)
+    (q0,), (p0,), q1, p1 = task.parts
+    shear, bound = needed(f, q1, p1)
     size, q = (lengths(q1, p1) + f * np.abs(p1)).max(axis=0), q1 + shear
     rules = lengths(q, p1) - f * p1 >= bound - _TIE * size
     cyclic = (bound > (-f * p1).max(axis=0) + _TIE * size) & (f > 0)
@@ -88,13 +92,73 @@ def _of_pairs(task: Question) -> list[list[CriticalState]]:
         pairs = [(k, j) for k, j in ends if k != j and (np.abs(own[:, k, i] - own[:, j, i]) > floor[:, i]).any()]
         states = []
         for k, j in pairs:
-            at_zero, rate = (
-                -np.array([q[k, i] + q[j, i] + fp[k, i] - fp[j, i], (q[k, i] - q[j, i] + fp[k, i] + fp[j, i]) / friction]) / 2
-                for q, fp in ((q0, fp0), (q1, fp1))
-            )
+            at_zero, rate = (_at_both_bounds(friction, q[[k, j], i], p[[k, j], i]) for q, p in ((q0, p0), (q1, p1)))
             states.append(CriticalState(i, (k, j), at_zero, rate))
         found.append(states)
     return found
+
+
+def _at_both_bounds(friction: float, q: Array, p: Array) -> Array:
+    """(2,) shear and pressure to add to the reactions of two corners, so that the first has forward and the second backward slip."""
+    (q_k, q_j), (b_k, b_j) = q, friction * p
+    return -np.array([q_k + q_j + b_k - b_j, (q_k - q_j + b_k + b_j) / friction]) / 2
+
+
+class NeededByNode:
+    """What the loads of the node where `node` is 1 need, for the friction that stands in `f`: values of parameters that follow from these two.
+
+    `corners` are those of its critical state, if parts of the load cycle are fixed: each pair of them has a state of its own.
+    """
+
+    def __init__(self, f: cp.Parameter, node: cp.Parameter, parts: Sequence[Array], fixed: bool) -> None:
+        self.f, self.node, self.fixed = f, node, fixed
+        self._parts = parts  # q0, p0, q1, p1
+        self.corners: tuple[int, ...] = ()
+
+    def parameters(self, tangents: int) -> dict[str, cp.Parameter]:
+        """The shear c and the pressure rho for a load factor of 1, and, with fixed parts, -c0 and -rho0 at load factor 0."""
+        shape = () if tangents == 1 else (tangents,)
+        found = {"c": cp.CallbackParam(self.shear, shape, name="c"), "rho": cp.CallbackParam(self.pressure, name="rho")}
+        if self.fixed:
+            found["c0"] = cp.CallbackParam(partial(self._of_pair, 0, 0), name="c0")
+            found["rho0"] = cp.CallbackParam(partial(self._of_pair, 0, 1), name="rho0")
+        return found
+
+    def shear(self) -> Any:
+        """The shear for a load factor of 1."""
+        if self.fixed:
+            return self._of_pair(2, 0)
+        return self._of_cycle()[0][0]
+
+    def pressure(self) -> float:
+        """The pressure for a load factor of 1."""
+        if self.fixed:
+            return self._of_pair(2, 1)
+        friction = self._friction()
+        return float(self._of_cycle()[1][0] / friction)
+
+    def _friction(self) -> float:
+        """The friction of the node, refused where it has none."""
+        index = int(self.node.value.argmax())
+        friction = float(self.f.value[index])
+        if not friction > 0:
+            raise ModelError(f"f: {friction:g} at node {index}, which without friction is never critical; give it friction, or ask guaranteed_limit")
+        return friction
+
+    def _of_cycle(self) -> tuple[Array, Array]:
+        index = int(self.node.value.argmax())
+        q1, p1 = self._parts[2:]
+        return needed(np.array([self._friction()]), q1[:, [index]], p1[:, [index]])
+
+    def _of_pair(self, first: int, which: int) -> float:
+        """The shear or the pressure of a pair of corners, of the parts from a first one on.
+
+        At load factor 0 it has the other sign, for it stands on the left side.
+        """
+        index, rows = int(self.node.value.argmax()), list(self.corners)
+        q, p = (part[rows, index] for part in self._parts[first : first + 2])
+        value = float(_at_both_bounds(self._friction(), q, p)[which])
+        return value if first else -value
 
 
 def smallest_discs(centres: Array, radii: Array) -> tuple[Array, Array]:
@@ -152,7 +216,7 @@ def load_factor_bounds(task: Question) -> Array:
         if (done | lost).all():
             break
         total = np.where(done | lost, total, following)
-    d, fa, (shear, bound) = net_slips(total) / unit, task.friction[:, None] * total / unit, needed(task)
+    d, fa, (shear, bound) = net_slips(total) / unit, task.friction[:, None] * total / unit, needed(task.friction, *task.parts[2:])
     (q0,), (p0,), q1, p1 = task.parts
     held = np.array([_work(d, q0), fa * p0[:, None]])
     driven = _work(d, shear) + total / unit * bound[:, None]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import partial
-from typing import Any, TypeAlias
+from typing import Any
 
 import cvxpy as cp
 import numpy as np
@@ -14,9 +14,11 @@ from numpy.typing import ArrayLike
 
 from ..contact import Array, Booleans, ContactSystem, LoadCycle, SolveRecord, bar_of, checked_loads, flag, frozen, listed, shown, warns_of_odd_values
 from ..errors import ModelError, SolverError
+from ..solve.problem import put_back
 from . import models
 from .answered import answered
-from .design_result import PROFILE, Design, NoneSafeError, added, built_in, preload_reactions, refused
+from .design_result import PROFILE, Design, added, built_in, no_larger, preload_reactions, refused
+from .design_search import DesignSearch, Sets
 from .models import unknowns
 from .programs import Program, listed_rows, own_rows
 from .question import Question, pose, with_open
@@ -24,12 +26,7 @@ from .safe_model import SafeModel, checked_objective, in_turn
 from .shakedown import ShakedownModel
 from .shakedown_result import ShakedownLimit
 
-_MOST = 8  # sets of open nodes
-_GAINS = 1e-7  # relative difference that counts
-_BUT = "but under its mean load other nodes open, and no limit that passes the checks confirms it; bound the design more tightly"
 _PRESSED = 10.0  # mean normal force of the preloads where the search begins, over that of the contact
-
-Sets: TypeAlias = list[Booleans]  # of each scenario
 
 
 class DesignModel(SafeModel):
@@ -130,10 +127,13 @@ class DesignModel(SafeModel):
         for (posed, shares), out in zip(((task, {}), *self._others), opened, strict=True):
             asked = with_open(posed, out)
             assert asked is not None  # it has a limit
-            first, of = not listed_all, f"_{len(listed_all)}"
-            x = self._x if first else unknowns(asked.system.slip_shape, range(len(asked.r1)), self._x.load_factor, of)
-            f = self._f if first else cp.Parameter(asked.system.nodes, nonneg=True, name=f"f{of}")
-            more, rows = added(asked, self._reactions * [shares.get(name, 1.0) for name in self._preloads], self.preload, self.profile)
+            first, suffix, x, f = not listed_all, "", self._x, self._f
+            if not first:
+                suffix = f"_{len(listed_all)}"
+                x = unknowns(asked.system.slip_shape, range(len(asked.r1)), self._x.load_factor, suffix)
+                f = cp.Parameter(asked.system.nodes, nonneg=True, name=f"f{suffix}")
+            acting = self._reactions * [shares.get(name, 1.0) for name in self._preloads]
+            more, rows = added(asked, acting, self.preload, self.profile, suffix)
             program = listed_rows(asked, x, f, every=True, more=dict.fromkeys(range(len(asked.r1)), more[:3]))
             program.rows += rows
             if first:
@@ -178,53 +178,51 @@ class DesignModel(SafeModel):
         {'bolt': 8.0}
         """
         task, own = self._posed(friction), listed("constraints", constraints)
-        found, none, tried = list[tuple[Design, Sets]](), list[Exception](), list[bytes]()
+        posed = [task, *(other for other, _ in self._others)]
 
         def told() -> str:
-            return f"{'load factor' if objective is None else 'objective'} {max(design.value for design, _ in found):.4g} so far" if found else ""
+            what = "load factor" if objective is None else "objective"
+            return f"{what} {search.best.design.value:.4g} so far" if search.best else ""
 
         def kept(_: object) -> tuple[str, object, str] | None:
-            best = max((design for design, _ in found), key=lambda design: design.value, default=None)
-            return ("design", best, "the best by then is in the attribute `design`") if best else None
+            if search.best is None:
+                return None
+            return "design", search.best.design, "the best by then is in the attribute `design`"
 
-        def alternate(opened: Sets | None) -> None:
-            """Design and pattern in turn, until the pattern stays."""
-            while opened and len(tried) < _MOST and (key := np.array(opened).tobytes()) not in tried:
-                tried.append(key)
-                bar.update()
-                try:
-                    design = self._of_sets(task, own, objective, opened)
-                except (NoneSafeError, SolverError) as why:
-                    none.append(why)
-                    return
-                limits = self._limits(design._tasks) if np.any(opened) or design.touches else []
-                built = bool(limits) and all(limit.load_factor >= design.load_factor * (1 - _GAINS) for limit in limits)
-                if built or not np.any(opened):  # with all closed it never carries less
-                    found.append((design, opened))
-                else:
-                    none.insert(0, SolverError(f"design: {design._opened}the best one would carry {design.load_factor:.6g}, {_BUT}"))
-                opened = [limit.open for limit in limits]
-
+        search = DesignSearch(partial(self._of_sets, task, own, objective), self._limits)
         with bar_of(progress, "design", "program", best=told, keeps=kept) as bar:
-            alternate([each.open for each in (task, *(posed for posed, _ in self._others))])
-            if not found or found[0][0].touches:
-                alternate(self._where_pressed(task, own))
-            if not found:
-                raise ModelError(*none[0].args) if isinstance(none[0], NoneSafeError) else none[0]
-            design, opened = max(found, key=lambda pair: pair[0].value)
-            if tried[-1] != np.array(opened).tobytes():  # whose answer then stands in its problem, and in unknowns of the user's own
-                design = self._of_sets(task, own, objective, opened)
+            search.tell = bar.update
+            search.alternate([each.open for each in posed])
+            if not search.found or search.found[0].design.touches:
+                search.alternate(self._where_pressed(task, own))
+            search.from_no_design([limit.open for limit in self._limits(posed)])
+            best = search.best or search.refuse()
+        design = best.design
+        put_back(best.values)  # others were solved after it
         for part, value in ((self.preload, design.preload), (self.profile, design.profile)):
             if part is not None:
                 part.save_value(np.asarray(value))
         return self._shown(design)
 
-    def _of_sets(self, task: Question, own: Sequence[cp.Constraint], objective: cp.Expression | None, opened: Sets) -> Design:
-        """The best design with given nodes open in each scenario."""
+    def _of_sets(
+        self,
+        task: Question,
+        own: Sequence[cp.Constraint],
+        objective: cp.Expression | None,
+        opened: Sets,
+        share: float = 1.0,
+        of: Design | None = None,
+    ) -> Design:
+        """The best design with given nodes open in each scenario.
+
+        `of`: no preload is larger than a share of the largest one of this design, and so is the profile.
+        """
         (program, *_), chosen = (every := self._listed(task, own, opened)), objective is not None
         problem = models.shakedown(self._x, [row for each in every for row in each.rows])
         if objective is not None:
             problem = cp.Problem(cp.Maximize(checked_objective(objective, self._unknowns)), problem.constraints)
+        if of is not None:
+            problem = cp.Problem(problem.objective, [*problem.constraints, *no_larger(self.preload, self.profile, share, of)])
         program.compiled(problem, 1.0 if chosen else task.load_unit, self._units(every), every[1:])
         entries = {self.preload: self._preloads, self.profile: range(task.system.nodes)}
         none = partial(refused, program, entries, self._units([program]), chosen)

@@ -14,7 +14,7 @@ from ..contact import CONDENSATION, GROWN, Array, Booleans, ContactSystem, LoadC
 from ..errors import ModelError
 from ..solve.problem import Duals, Explained
 from .answered import Answered
-from .models import Row, named
+from .models import Row, defines, named
 from .open_nodes import TOUCHES
 from .programs import Program
 from .question import Question
@@ -55,20 +55,25 @@ class NoneSafeError(ModelError):
     """No design is safe with given nodes open; with others one may be."""
 
 
-def added(asked: Question, acting: Array, preload: cp.Variable | None, profile: cp.Variable | None) -> tuple[list[cp.Expression], list[Row]]:
-    """What preloads of these reactions and a profile add to q, p, and to gaps and slips of open nodes; and rows that define it."""
+def added(
+    asked: Question, acting: Array, preload: cp.Variable | None, profile: cp.Variable | None, suffix: str = ""
+) -> tuple[list[cp.Expression], list[Row]]:
+    """What preloads of these reactions and a profile add to q, p, and to gaps and slips of open nodes; and rows that define it.
+
+    `suffix`: appended to all names.
+    """
     system, n, moved = asked.system, asked.system.nodes, asked.open.any()
     parts, rows = list[list[cp.Expression]](), list[Row]()
-    for chosen, r, names in ((preload, acting, ("Q", "P", "w", "v")), (profile, -system.S[:, -n:], ("-B.T", "-C", "-w", "-v"))):
+    for chosen, r, names in ((preload, acting, ("q_j", "p_j", "w_j", "v_j")), (profile, -system.S[:, -n:], ("-B.T", "-C", "-w", "-v"))):
         if chosen is not None:
             left = asked.carried(r.T).reshape(r.shape[::-1]).T
             follow = -(asked.give @ r) if asked.give is not None else np.zeros_like(r)
             open_slip = follow[:-n][np.tile(asked.open, system.tangents)]
             matrices = (left[:-n], left[-n:], *((follow[-n:][asked.open], open_slip) if moved else ()))
-            terms = [named(matrix, name) @ chosen for matrix, name in zip(matrices, names, strict=False)]
+            terms = [named(matrix, name + suffix) @ chosen for matrix, name in zip(matrices, names, strict=False)]
             if chosen is profile:  # dense: equations of their own do not go through cvxpy
-                unknown = [cp.Variable(len(part), name=f"{name}_g") for part, name in zip(matrices, "qpwv", strict=False)]
-                rows += [part == product for part, product in zip(unknown, terms, strict=True)]
+                unknown = [cp.Variable(len(part), name=f"{name}_g{suffix}") for part, name in zip(matrices, "qpwv", strict=False)]
+                rows += [defines(part, product) for part, product in zip(unknown, terms, strict=True)]
                 terms = list(unknown)
             parts.append(terms)
     q, *others = (sum(each[1:], each[0]) for each in zip(*parts, strict=True))
@@ -117,7 +122,7 @@ class Design(Answered, Explained):
         objective of your own chooses, which is no limit, and the largest value of the objective.
     bound
         Upper bound of the load factor (or objective) of all designs that the constraints admit with the same nodes open, not of others, from the
-        multipliers alone. It equals the value up to `residual`.
+        multipliers alone. It equals the value up to `residual`, but where larger designs open other nodes and do not count (`reason`).
     preload
         Series: amplitude that the design adds to the mean load, for each load case that was free.
     profile
@@ -152,6 +157,7 @@ class Design(Answered, Explained):
     _tasks: tuple[Question, ...]
     problem: cp.Problem | None = None
     _duals: Duals = ()
+    _stops: bool = False  # before designs with more, under whose mean load other nodes open
 
     @property
     def value(self) -> float:
@@ -179,6 +185,8 @@ class Design(Answered, Explained):
     def reason(self) -> str:
         """Why no design is better, in words, and for which open nodes."""
         some = any(opened.any() for opened in self.opens)
+        if self._stops:
+            return f"{self._opened}larger designs are better{self._task.pattern}, but under their mean load others open: the search stops before them"
         return f"{self._opened}no design that the constraints admit is better{self._task.pattern}{'; with others open one may be' * some}"
 
     def to_frame(self) -> pd.DataFrame:
@@ -194,3 +202,12 @@ class Design(Answered, Explained):
 
     def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
         return "best design", self.value, None, self.reason
+
+
+def no_larger(preload: cp.Variable | None, profile: cp.Variable | None, share: float, of: Design) -> list[Row]:
+    """Rows by which no preload is larger than a share of the largest one of a design, and the profile no deeper."""
+    rows = list[Row]()
+    for part, size in ((preload, of.preload.to_numpy()), (profile, of.profile)):
+        if part is not None and size is not None:
+            rows.append((cp.abs(part) <= share * float(np.abs(size).max())).set_label(f"size_{part.name()}"))
+    return rows

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from ..contact import NO_COUPLING, Array, ContactSystem, LimitKind, LoadCycle, SolveRecord, bar_of, frozen, listed, warns_of_odd_values
 from ..errors import ModelError, SolverError
-from ..solve.problem import duals
+from ..solve.problem import duals, put_back, standing
 from .critical_search import COINCIDE_ALONE, LEFT_OUT, CriticalSearch, NodeClaim
 from .critical_state import critical_states, load_factor_bounds
 from .guaranteed_result import NOT_NEEDED, ONE_CORNER, OPEN, GuaranteedLimit, left_out, reason
@@ -94,6 +94,7 @@ class GuaranteedModel(SafeModel):
             shakedown = self._shakedown.of_any_set(task, own)
         if shakedown.kind is not LimitKind.NO_SAFE_SLIP and np.isnan(shakedown.least):
             raise SolverError(f"guaranteed limit: {shakedown.reason}")
+        values = standing(shakedown.problem)
         task = replace(task, open=shakedown.open)
         n, least_found = len(task.friction), shakedown.load_factor
         states, search = critical_states(task), self._search(task, own)
@@ -129,10 +130,12 @@ class GuaranteedModel(SafeModel):
                 bar.update()
         if best is not None:
             search.restore(best)
+        else:
+            put_back(values)  # into unknowns and rows of the user's own, which the programs of nodes share
         return self._result(task, shakedown, best, least, how, search)
 
     def _search(self, task: Question, own: Sequence[cp.Constraint]) -> CriticalSearch:
-        key = task.open.tobytes(), task.little, *map(id, own)
+        key = task.open.tobytes(), *map(id, own)
         if key not in self._programs:
             self._programs.clear()
             self._programs[key] = CriticalSearch(self._x, task, own_rows(own, self._unknowns), self._solver)

@@ -89,6 +89,16 @@ class GuaranteedLimit(Rated):
         return self.shakedown.least
 
     @property
+    def multipliers(self) -> pd.DataFrame:
+        """As those of a shakedown limit. Rows `critical_q` and `critical_p` are of `node`, in space with a component of the shear."""
+        table = super().multipliers
+        if self.node is not None:
+            own = table["row"].isin(["critical_q", "critical_p"])
+            table.loc[own, "component"] = table.loc[own, "node"]
+            table.loc[own, "node"] = self.node
+        return table
+
+    @property
     def _rated(self) -> bool:
         return self.shakedown._rated if self.node is None else self.load_factor > self.least and not self.constraints
 

@@ -155,8 +155,8 @@ class Ordered(Program):
         more = {m: [times(self.way[m - 1], change) for change in changes] for m in instants if 0 < m < last}
         mine = replace(unknowns(task.system.slip_shape, (), x.load_factor, of), slip=x.slip, q=x.q, p=x.p)
         contact = SimpleNamespace(A=task.A, B=task.B, W=task.W, loads=lambda m: then if m == last else first)
-        rows = rest(contact, mine, instants, more, of)
-        return Program(task, mine, self.f, instants, rows + friction(mine, self.f, instants, task.little))
+        rows = rest(contact, mine, instants, more)
+        return Program(task, mine, self.f, instants, rows + friction(mine, self.f, instants))
 
     @property
     def task(self) -> LiftOff:  # type: ignore[override]  # it follows from the solution

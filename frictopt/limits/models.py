@@ -3,11 +3,14 @@
 A contact rests through a load cycle if one residual slip keeps every node closed, and stuck at every corner k of the cycle (theory, eq. (7))::
 
     q_r = A slip        q_k = q0 + load_factor q1_k + q_r
-    p_r = B slip        p_k = p0 + load_factor p1_k + p_r        |q_k| <= f p_k, and |q_k| <= c where the surface has a shear strength
+    p_r = B slip        p_k = p0 + load_factor p1_k + p_r
+
+    |q_k| <= f p_k,   p_k >= 0,   and |q_k| <= c where the surface has a shear strength
 
 Of nodes that stay open, A, B and the loads are those of the closed ones alone, and their gaps stay `w0 + load_factor w1_k + W slip >= 0`. `rest`
-lists the rows without friction, `stuck` those of friction; each question below is one goal over them. Slip and q are (N,), in space
-(N, 2), where `|q|` is the length at each node. Nothing here is scaled, halved or eliminated: `frictopt.solve` does that below cvxpy.
+lists the rows without friction, `stuck` those of friction; each question below is one goal over them. Each row has a label, an equation
+the name of what it defines. Slip and q are (N,), in space (N, 2), where `|q|` is the length at each node. Nothing here is scaled, halved
+or eliminated: `frictopt.solve` does that below cvxpy.
 """
 
 import operator
@@ -34,14 +37,22 @@ class Unknowns:
     q: dict[int, cp.Variable]
     p: dict[int, cp.Variable]
     gap: dict[int, cp.Variable] = field(default_factory=dict)
+    suffix: str = ""  # of the names of all that belongs to one set of open nodes, or to one scenario
 
 
-def unknowns(shape: tuple[int, ...], corners: Iterable[int], load_factor: Any = None, of: str = "") -> Unknowns:
-    """Unknowns for slips of a shape, (N,) or (N, 2), at the corners of a load cycle; `load_factor`: a parameter in its place; `of` ends names."""
-    slip, q_r, p_r = cp.Variable(shape, name=f"slip{of}"), cp.Variable(shape, name=f"q_r{of}"), cp.Variable(shape[0], name=f"p_r{of}")
-    q = {k: cp.Variable(shape, name=f"q{of}[{k}]") for k in corners}
-    p = {k: cp.Variable(shape[0], name=f"p{of}[{k}]") for k in q}
-    return Unknowns(cp.Variable(name="load_factor") if load_factor is None else load_factor, slip, q_r, p_r, q, p)
+def unknowns(shape: tuple[int, ...], corners: Iterable[int], load_factor: Any = None, suffix: str = "") -> Unknowns:
+    """Unknowns for slips of a shape, (N,) or (N, 2), at the corners of a load cycle.
+
+    `load_factor`: a parameter that fixes it. `suffix`: appended to all names.
+    """
+    if load_factor is None:
+        load_factor = cp.Variable(name="load_factor")
+    slip = cp.Variable(shape, name=f"slip{suffix}")
+    q_r = cp.Variable(shape, name=f"q_r{suffix}")
+    p_r = cp.Variable(shape[0], name=f"p_r{suffix}")
+    q = {k: cp.Variable(shape, name=f"q{suffix}[{k}]") for k in corners}
+    p = {k: cp.Variable(shape[0], name=f"p{suffix}[{k}]") for k in q}
+    return Unknowns(load_factor, slip, q_r, p_r, q, p, suffix=suffix)
 
 
 def named(value: Any, name: str) -> cp.Constant:
@@ -62,55 +73,80 @@ def vec(x: cp.Variable) -> cp.Expression:
 
 def size(q: cp.Variable) -> cp.Expression:
     """`|q|` at each node."""
-    return cp.abs(q) if q.ndim == 1 else called(cp.pnorm(q, 2, axis=1, approx=False), f"norm({q.name()})")
+    return cp.abs(q) if q.ndim == 1 else called(cp.norm(q, 2, axis=1), f"norm({q.name()})")
 
 
-def times(factor: Any, load: cp.Constant) -> cp.Expression:
+def times(factor: Any, load: Any) -> cp.Expression:
     """A load times a factor."""
     return called(cp.multiply(factor, load), f"{factor.name()} * {load.name()}")
 
 
-def rest(contact: Any, x: Unknowns, corners: Iterable[int], more: More | None = None, of: str = "") -> list[Row]:
+def defines(part: cp.Variable, expression: cp.Expression) -> Row:
+    """An equation for an unknown, labelled by its name."""
+    return (part == expression).set_label(part.name())
+
+
+def label(kind: str, part: cp.Variable) -> str:
+    """The label of a row on q, p or the gaps at a corner: `stuck[0]` for q[0], `stuck_1[0]` for q_1[0]."""
+    name: str = part.name()
+    return kind + name.lstrip("gapq")
+
+
+def rest(contact: Any, x: Unknowns, corners: Iterable[int], more: More | None = None) -> list[Row]:
     """The rows of a state of rest without friction, at corners of a load cycle.
 
     `contact` has the matrices `A`, `B`, and `W` of its gaps, and `loads(k)`: name -> closed reactions q0, p0, q1, p1 and gaps w0, w1 at corner k.
-    `more[k]` is what unknown loads add to q, p and, if given, the gaps; `of` ends the names of what is of some open nodes alone.
+    `more[k]` is what unknown loads add to q, p and, if given, the gaps.
     """
+    of, slip, load_factor = x.suffix, vec(x.slip), x.load_factor
     x.gap, w_r = {}, cp.Variable(len(contact.W), name=f"w_r{of}")
-    rows = [vec(x.q_r) == named(contact.A, f"A{of}") @ vec(x.slip), x.p_r == named(contact.B, f"B{of}") @ vec(x.slip)]
-    rows += [w_r == named(contact.W, f"W{of}") @ vec(x.slip)] if w_r.size else []
+    shear = vec(x.q_r) == named(contact.A, f"A{of}") @ slip
+    rows = [shear.set_label(x.q_r.name()), defines(x.p_r, named(contact.B, f"B{of}") @ slip)]
+    rows += [defines(w_r, named(contact.W, f"W{of}") @ slip)] if w_r.size else []
     for k in corners:
-        q0, p0, q1, p1, w0, w1 = (named(value, name + of) for name, value in contact.loads(k).items())
-        parts = [q0 + times(x.load_factor, q1) + x.q_r, p0 + times(x.load_factor, p1) + x.p_r, w0 + times(x.load_factor, w1) + w_r]
+        q0, p0, q1, p1, w0, w1 = (named(value, suffixed(name, of)) for name, value in contact.loads(k).items())
+        parts = [q0 + times(load_factor, q1) + x.q_r, p0 + times(load_factor, p1) + x.p_r, w0 + times(load_factor, w1) + w_r]
         added = more[k] if more and k in more else ()
         q, p, w = *map(operator.add, parts, added), *parts[len(added) :]
-        rows += [x.q[k] == q, x.p[k] == p]
+        rows += [defines(x.q[k], q), defines(x.p[k], p)]
         if w_r.size:
-            x.gap[k] = cp.Variable(w_r.size, name=f"gap[{k}]")
-            rows.append(x.gap[k] == w)
+            x.gap[k] = cp.Variable(w_r.size, name=f"gap{of}[{k}]")
+            rows.append(defines(x.gap[k], w))
     return rows
 
 
-def stuck(x: Unknowns, f: cp.Parameter, corners: Iterable[int], little: bool = False, loose: Any = None) -> list[Row]:
-    """Friction at corners. With so little that it hardly keeps a node pressed, `p >= 0` has rows of its own; a node may have `loose` ones."""
+def suffixed(name: str, suffix: str) -> str:
+    """A name with a suffix, before the number of its corner."""
+    start, bracket, number = name.partition("[")
+    return start + suffix + bracket + number
+
+
+def stuck(x: Unknowns, f: cp.Parameter, corners: Iterable[int], loose: Any = None) -> list[Row]:
+    """Friction at corners, and no tension. `loose` is added to the right sides: it is above 0 at the one node that its own rows shall not hold."""
     rows = list[Row]()
     for k in corners:
-        bound, least = cp.multiply(f, x.p[k]), 0 if loose is None else -loose
-        rows.append((size(x.q[k]) <= (bound if loose is None else bound + loose)).set_label(f"stuck[{k}]"))
-        rows += [(x.p[k] >= least).set_label(f"pressed[{k}]")] if little else []
-    return rows + [(gap >= 0).set_label(f"apart[{k}]") for k, gap in x.gap.items()]
+        bound, least = cp.multiply(f, x.p[k]), 0
+        if loose is not None:
+            bound, least = bound + loose, -loose
+        rows.append((size(x.q[k]) <= bound).set_label(label("stuck", x.q[k])))
+        rows.append((x.p[k] >= least).set_label(label("pressed", x.p[k])))
+    return rows + [(gap >= 0).set_label(label("apart", gap)) for gap in x.gap.values()]
 
 
-def strong(q: cp.Variable, c: Any, label: str) -> list[Row]:
+def strong(q: cp.Variable, c: Any, name: str) -> list[Row]:
     """The shear strength c (N,) of the surface, at the nodes that have one: it is inf at others."""
     has = [node for node, most in enumerate(c) if most < float("inf")]
     some = called(size(q)[has], f"{size(q).name()}[strong]") if len(has) < len(c) else size(q)
-    return [(some <= named(c[has], "c")).set_label(label)] if has else []
+    return [(some <= named(c[has], "c")).set_label(name)] if has else []
 
 
 def events(x: Unknowns, touching: Mapping[int, Sequence[int]]) -> list[Row]:
     """Nodes that just touch at an event m carry nothing there."""
-    return [(part[m][nodes] == 0).set_label(f"event[{m}]") for m, nodes in touching.items() for part in (x.q, x.p)]
+    rows = list[Row]()
+    for m, nodes in touching.items():
+        rows.append((x.q[m][nodes] == 0).set_label(f"event_q[{m}]"))
+        rows.append((x.p[m][nodes] == 0).set_label(f"event_p[{m}]"))
+    return rows
 
 
 def ordered(load_factor: Any, way: Sequence[cp.Variable]) -> list[Row]:
@@ -119,19 +155,19 @@ def ordered(load_factor: Any, way: Sequence[cp.Variable]) -> list[Row]:
 
 
 def inside(
-    x: Unknowns, f: cp.Parameter, corners: Iterable[int], spare: Mapping[int, cp.Expression], apart: cp.Expression, little: bool = False
+    x: Unknowns, f: cp.Parameter, corners: Iterable[int], spare: Mapping[int, cp.Expression], press: Mapping[int, cp.Expression], apart: cp.Expression
 ) -> list[Row]:
-    """The same with something to spare of each friction bound, by corner, and of the gaps of open nodes."""
+    """The same with a margin: `spare` of each friction bound and `press` of each normal force, by corner, and `apart` of the gaps of open nodes."""
     rows = list[Row]()
     for k in corners:
-        rows.append((size(x.q[k]) + spare[k] <= cp.multiply(f, x.p[k])).set_label(f"stuck[{k}]"))
-        rows += [(x.p[k] >= spare[k]).set_label(f"pressed[{k}]")] if little else []
-    return rows + [(gap >= apart).set_label(f"apart[{k}]") for k, gap in x.gap.items()]
+        rows.append((size(x.q[k]) + spare[k] <= cp.multiply(f, x.p[k])).set_label(label("stuck", x.q[k])))
+        rows.append((x.p[k] >= press[k]).set_label(label("pressed", x.p[k])))
+    return rows + [(gap >= apart).set_label(label("apart", gap)) for gap in x.gap.values()]
 
 
 def within(x: Unknowns, most: cp.Constant) -> list[Row]:
     """The bound on the slip."""
-    return [(size(x.slip) <= most).set_label("slip_bound")]
+    return [(size(x.slip) <= most).set_label(f"slip_bound{x.suffix}")]
 
 
 def shakedown(x: Unknowns, rows: Sequence[Row]) -> cp.Problem:
@@ -162,14 +198,33 @@ def most_pressed(x: Unknowns, least: cp.Variable, force: float, corners: Iterabl
 
 def least_pressure(x: Unknowns, node: cp.Parameter, shares: Sequence[cp.Variable], most: float, rows: Sequence[Row]) -> cp.Problem:
     """The least normal force of a node (`node` is 1 there) over all slips and loads; the shares of the corners in the load are `more` in `rest`."""
-    within = [(sum(shares) <= most).set_label("load_factor"), *((share >= 0).set_label(share.name()) for share in shares)]
-    return cp.Problem(cp.Minimize(node @ x.p[0]), [*rows, *within])
+    loads = [(sum(shares) <= most).set_label("load_factor"), *((share >= 0).set_label(share.name()) for share in shares)]
+    return cp.Problem(cp.Minimize(node @ x.p[0]), [*rows, *loads])
 
 
-def critical(x: Unknowns, node: cp.Parameter, at_zero: cp.Parameter, rate: cp.Parameter, sense: Any, rows: Sequence[Row]) -> cp.Problem:
-    """The least (largest) load factor at which a safe slip leaves a node (`node` is 1 there) no more pressure: `[A v, B v] = at_zero + lam rate`."""
-    change = [node @ part for part in ([x.q_r] if x.q_r.ndim == 1 else [x.q_r[:, 0], x.q_r[:, 1]])] + [node @ x.p_r]
-    states = [(part == at_zero[k] + x.load_factor * rate[k]).set_label("critical") for k, part in enumerate(change)]
+def at_node(node: cp.Parameter, values: cp.Expression) -> cp.Expression:
+    """The value at the node where `node` is 1, printed by the number of the node."""
+    value = node @ values
+    value.name = partial(_printed_at, node, values.name())
+    return value
+
+
+def _printed_at(node: cp.Parameter, name: str) -> str:
+    return f"{name}[{'i' if node.value is None else int(node.value.argmax())}]"
+
+
+def critical(
+    x: Unknowns, node: cp.Parameter, load: Sequence[cp.Expression], needed: Sequence[cp.Parameter], sense: Any, rows: Sequence[Row]
+) -> cp.Problem:
+    """The least (largest) load factor at which a safe slip leaves a node no more pressure than its cyclic loads need.
+
+    `load` are q0 and p0 of the node, see `at_node`, and `needed` the shear c and the pressure rho for a load factor of 1, theory, eq. (10).
+    """
+    (q0, p0), (c, rho) = load, needed
+    states = [
+        (q0 + at_node(node, x.q_r) == times(x.load_factor, c)).set_label("critical_q"),
+        (p0 + at_node(node, x.p_r) == times(x.load_factor, rho)).set_label("critical_p"),
+    ]
     return cp.Problem(sense(x.load_factor), [*rows, *states, (x.load_factor >= 0).set_label("load_factor")])
 
 

@@ -16,9 +16,9 @@ from ..contact import CONDENSATION, RESIDUAL, ROUNDING, ZERO_LOAD_FACTOR, Array,
 from ..errors import ModelError
 from ..solve.chain import Chain
 from ..solve.compiled import Change, by_inverse, unresisted
-from ..solve.problem import Problem, dual_of
+from ..solve.problem import Problem, dual_of, set_no_optimum
 from .answered import Mechanism
-from .models import More, Row, Unknowns, named, rest, strong, stuck, unknowns, within
+from .models import More, Row, Unknowns, label, named, rest, strong, stuck, unknowns, within
 from .question import Question
 
 _INSIDE = ROUNDING  # spread of corners along an axis, over the largest, that counts as none
@@ -136,18 +136,18 @@ class Program:
         """The mechanism that the multipliers are: those of q and p at each corner are the slips and lifts of the nodes."""
         task, system, n = self.task, self.task.system, self.task.system.nodes
         moves = np.zeros((len(self.x.q), *task.r1.shape[1:]))
-        rows = {row.args[0]: row for row in self.rows if isinstance(row, cp.constraints.Equality)}
+        rows = {row.label: row for row in self.rows}
         for k in self.corners:
-            moves[k, :-1] = np.reshape(rows[self.x.q[k]].dual_value, (n, -1)).T
-            moves[k, -1] = rows[self.x.p[k]].dual_value
+            moves[k, :-1] = np.reshape(rows[self.x.q[k].name()].dual_value, (n, -1)).T
+            moves[k, -1] = rows[self.x.p[k].name()].dual_value
         if len(self.corners) and not np.isfinite(moves).all():
             moves = np.full_like(moves, np.nan)
         if task.give is None:
             return Mechanism(moves, task.friction)
-        labelled, press = {row.label: row for row in self.rows}, np.zeros((len(moves), moves[0].size))
+        press = np.zeros((len(moves), moves[0].size))
         at = np.flatnonzero(task.open) + system.tangents * n
-        for k in self.x.gap:
-            press[k, at] = np.maximum(labelled[f"apart[{k}]"].dual_value, 0.0)
+        for k, gap in self.x.gap.items():
+            press[k, at] = np.maximum(rows[label("apart", gap)].dual_value, 0.0)
         moves = moves - ((moves.reshape(len(moves), -1) @ system.S + press) @ task.give).reshape(moves.shape)
         return Mechanism(moves, task.friction * ~task.open, open=task.open)
 
@@ -159,6 +159,13 @@ class Program:
     def ruling(self, rows: Collection[int]) -> list[str]:
         """Names of the user's constraints among rows, by their ids."""
         return [name for name, row in self.own.items() if row.id in rows]
+
+    def blame_no_own_row(self) -> None:
+        """Say in the problem that nothing obeys its rows without the user's; the multipliers that prove it stand in the others."""
+        for row in self.own.values():
+            for dual in row.dual_variables:
+                dual.save_value(np.zeros(dual.shape))
+        set_no_optimum(self.problem, cp.INFEASIBLE)
 
     def prices(self) -> dict[str, Array]:
         """Rate of the objective as each of the user's constraints gives way, in the user's units: >= 0; of an equation with its right side."""
@@ -172,9 +179,9 @@ def listed_rows(
     corners = outer_corners(task.cycle) if task.simplify and not every else list(range(len(task.r1)))
     x = replace(x)  # each listing has gaps of its own
     rows = rest(task, x, corners, more)
-    rows += stuck(x, f, corners, task.little) if friction is None else friction(x, corners)
-    rows += [row for k in corners for row in strong(x.q[k], task.system.shear_strength, f"strength[{k}]")]
-    rows += within(x, named(task.most, "slip_bound")) if task.most is not None else []
+    rows += stuck(x, f, corners) if friction is None else friction(x, corners)
+    rows += [row for k in corners for row in strong(x.q[k], task.system.shear_strength, label("strength", x.q[k]))]
+    rows += within(x, named(task.most, f"slip_bound{x.suffix}")) if task.most is not None else []
     f.value = task.friction
     return Program(task, x, f, corners, rows)
 

@@ -29,7 +29,7 @@ from ..contact.parts import following
 from ..errors import ModelError
 
 _MOST_SHEAR = 1e6  # a mean shear force above so many mean normal forces leaves fewer digits of them than the proofs need
-_LITTLE_FRICTION = 0.01  # below it, the bounds on q keep p >= 0 only to a hundred times their own accuracy
+_OF_TENSION = 0.01  # friction with which a tension counts in a margin, at nodes that have less
 _NO_PRESSURE = 1e-6  # units of nodes are their pressures unless these are below this share of the mean one: an answer has its error
 
 
@@ -155,6 +155,11 @@ class Question:
         return bound if bound > CONDENSATION * size else self.force  # a shear alone leaves rounding
 
     @cached_property
+    def mean_pressure(self) -> Array:
+        """(N,) units of margins as normal forces: those whose friction bound is `mean_bound`, with no less friction than `_OF_TENSION`."""
+        return np.asarray(self.mean_bound / np.maximum(self.friction, _OF_TENSION))
+
+    @cached_property
     def load_unit(self) -> float:
         """Load factor at which the cyclic reactions reach the mean friction bound."""
         closed, f = ~self.open, self.friction
@@ -178,11 +183,6 @@ class Question:
         """(N,) unit of shear forces: in space the friction bound where it is less than the force unit, for cones end by it; lines end in a vertex."""
         little = (self.friction > 0) & (self.friction < 1) & (self.system.tangents > 1)
         return np.asarray(self.node_unit * np.where(little, self.friction, 1.0))
-
-    @property
-    def little(self) -> bool:
-        """Whether some node has so little friction that `p >= 0` needs a row of its own."""
-        return bool(self.friction.min() < _LITTLE_FRICTION)
 
     @property
     def pattern(self) -> str:

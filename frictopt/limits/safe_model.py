@@ -16,7 +16,7 @@ from ..contact import Array, ContactSystem, LoadCycle, shown, warns_of_odd_value
 from ..errors import ModelError
 from ..solve.solvers import LP, SOCP, solver_order
 from .answered import Answered
-from .models import Row, called, named, unknowns, vec
+from .models import Row, called, defines, named, unknowns, vec
 from .programs import Program, check_rows, check_values, listed_rows, own_rows
 from .question import Question, pose
 
@@ -95,7 +95,7 @@ class SafeModel:
         self, task: Question, own: Sequence[Any], objective: Any, goal: Callable[[Program], cp.Problem], name: str, unit: float, **listing: Any
     ) -> Program:
         """The program of a goal, maybe with constraints and an objective of the user's own; compiled once for all frictions."""
-        key = name, task.open.tobytes(), task.little, objective is None, *map(id, own), id(objective)
+        key = name, task.open.tobytes(), objective is None, *map(id, own), id(objective)
         if key not in self._programs:
             more = bool(own) or objective is not None
             listed = listed_rows(task, self._x, self._f, every=more, **listing)
@@ -119,8 +119,9 @@ class SafeModel:
         t = task.system.tangents * task.system.nodes
         out = np.tile(task.open, task.system.tangents)
         still = task.rested(np.zeros(task.system.slip_shape)).T.ravel()[out]
-        moved, chosen = cp.Variable(len(still), name="v_r"), named(np.eye(t)[out], "open")
-        return [moved == named(task.moved(out, 0), "V") @ vec(self.slip), chosen @ vec(self.slip) == named(still, "v0") + moved + more]
+        moved, chosen, slip = cp.Variable(len(still), name="v_r"), named(np.eye(t)[out], "open"), vec(self.slip)
+        follows = chosen @ slip == named(still, "v0") + moved + more
+        return [defines(moved, named(task.moved(out, 0), "V") @ slip), follows.set_label("open")]
 
     def _shown(self, answer: A, **more: Array | float) -> A:
         """An answer, whose values stand in the user's unknowns from now on."""

@@ -42,8 +42,8 @@ class SafeSlip(Proven):
         (N,) or (N, 2) the slip that stays furthest inside the friction bounds, length (the least unsafe one if none is safe). See `largest_slip`.
     margin
         Its smallest reserve `f p - |q|` over nodes and corners, in mean friction bounds at load factor 0 (gaps shut), at most 1; negative: none is
-        safe. With friction below 0.01 somewhere the reserve of p counts as well; with open nodes their gap, in what the mean friction bound does to
-        the mean normal stiffness. Nodes that just touch where they open or close (`events`) have none.
+        safe. At nodes with friction below 0.01 a tension counts as well, as if it were 0.01; with open nodes their gap, in what the mean friction
+        bound does to the mean normal stiffness. Nodes that just touch where they open or close (`events`) have none.
     bound
         Upper bound of the margin from the multipliers alone; equals `margin` up to `residual`.
     record
@@ -134,7 +134,8 @@ class SafeSlipModel(SafeModel):
         self._shakedown = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
         self._last: tuple[tuple[bytes, float, float], ShakedownLimit] | None = None  # what was asked last, and the limit then
         self.margin = cp.Variable(name="margin")
-        self._spare, self._apart = cp.Parameter(system.nodes, nonneg=True, name="mean_bound"), cp.Parameter(nonneg=True, name="clearance")
+        self._spare, self._press = (cp.Parameter(system.nodes, nonneg=True, name=name) for name in ("mean_bound", "mean_pressure"))
+        self._apart = cp.Parameter(nonneg=True, name="clearance")
 
     @property
     def _unknowns(self) -> list[cp.Variable]:
@@ -144,10 +145,11 @@ class SafeSlipModel(SafeModel):
         """The slip with the largest margin, with given nodes open."""
 
         def friction(x: models.Unknowns, corners: list[int]) -> list[Row]:
-            spare = models.called(cp.multiply(self.margin, self._spare), "margin * mean_bound")
-            return models.inside(x, self._f, corners, dict.fromkeys(corners, spare), self.margin * self._apart, task.little)
+            spare, press = (dict.fromkeys(corners, models.times(self.margin, unit)) for unit in (self._spare, self._press))
+            return models.inside(x, self._f, corners, spare, press, self.margin * self._apart)
 
-        self._spare.value, self._apart.value, self.load_factor.value = task.mean_bound * ~task.open, task.clearance, load_factor
+        self._spare.value, self._press.value = task.mean_bound * ~task.open, task.mean_pressure * ~task.open
+        self._apart.value, self.load_factor.value = task.clearance, load_factor
         program = self._program(task, own, None, lambda each: models.safe_slip(self.margin, each.rows), "safe slip", 1.0, friction=friction)
         try:
             claim, record = program.chain.solve(lambda: judged(program, self.margin, load_factor), self._solver)
@@ -220,12 +222,14 @@ class SafeSlipModel(SafeModel):
     def _in_order(self, asked: LiftOff, load_factor: float) -> SafeSlip:
         """The slip with the largest margin, with nodes that open and close in a given order. What just touches has nothing to spare."""
         margin, given = cp.Variable(name="margin"), cp.Parameter(nonneg=True, name="load_factor", value=load_factor)
-        units = [models.named(asked.mean_bound * stuck, f"mean_bound[{m}]") for m, stuck in enumerate(asked.statuses[0])]
-        spare = {m: models.times(margin, unit) for m, unit in enumerate(units)}
+        spare, press = dict[int, cp.Expression](), dict[int, cp.Expression]()
+        for m, stuck in enumerate(asked.statuses[0]):
+            spare[m] = models.times(margin, models.named(asked.mean_bound * stuck, f"mean_bound[{m}]"))
+            press[m] = models.times(margin, models.named(asked.mean_pressure * stuck, f"mean_pressure[{m}]"))
         apart = models.times(margin, models.named(asked.clearance, "clearance"))
 
-        def friction(x: models.Unknowns, f: cp.Parameter, instants: list[int], little: bool) -> list[Row]:
-            return models.inside(x, f, instants, spare, apart, little)
+        def friction(x: models.Unknowns, f: cp.Parameter, instants: list[int]) -> list[Row]:
+            return models.inside(x, f, instants, spare, press, apart)
 
         program = Ordered(asked, lambda each: models.safe_slip(margin, each.rows), 1.0, friction, given)
         return answered(*program.chain.solve(lambda: judged(program, margin, load_factor), self._solver), program)
@@ -277,8 +281,8 @@ def judged(program: Program, margin: cp.Variable, load_factor: float) -> SafeSli
     task, value, slip, proof = program.task, float(margin.value), program.slip, program.chain.proof
     (u, r), (stuck, opened) = task.instants(load_factor, slip), task.statuses
     q, p = np.linalg.norm(r[:, :-1], axis=1), r[:, -1]
-    held = np.min(np.minimum(task.friction * p - q, p if task.little else np.inf), where=stuck, initial=np.inf)
-    reserve = min(held / task.mean_bound, np.min(u[:, -1], where=opened, initial=np.inf) / task.clearance)
+    held = np.minimum((task.friction * p - q) / task.mean_bound, p / task.mean_pressure)
+    reserve = min(np.min(held, where=stuck, initial=np.inf), np.min(u[:, -1], where=opened, initial=np.inf) / task.clearance)
     gap = (abs(proof.bound - value) + proof.defect) / max(1.0, abs(value))
     off = task.violation(load_factor, slip) if task.events else 0.0
     residual = np.max([gap, value - reserve, off, task.beyond(slip), program.own_violation])

@@ -251,7 +251,8 @@ def _likely_slips(limit: ShakedownLimit) -> Iterator[Array]:
 
 def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:
     first, senses = limit.mechanism.iloc[0] if len(limit.mechanism) else None, ("direction",) if limit.system.tangents == 1 else ("slip1", "slip2")
-    along = {name: 0 if first is None else first[name] for name in senses}
+    none = 0 if limit.system.tangents == 1 else 0.0
+    along = {name: none if first is None else first[name] for name in senses}
     found = {name: getattr(limit, name) for name in ("load_factor", "least", "bound", "residual")}
     rate, node = float(limit.friction_rate.sum()), -1 if first is None else int(first["node"])
     return {"friction": float(np.mean(friction)), **found, "friction_rate": rate, "node": node, **along, "solver": limit.record.solver}
@@ -273,7 +274,10 @@ def without_limit(program: Program, chosen: bool) -> ShakedownLimit | None:
     task, names = program.task, (*program.own, "objective") if chosen else tuple(program.own)
     unsafe = np.full(task.system.slip_shape, np.nan)
     bare = replace(program, own={}).compiled(shakedown(program.x, program.rows), task.load_unit) if names else None
-    if none := (bare and bare.chain.contradiction()) or program.chain.contradiction():  # no row is to blame if none is safe without
+    none_at_all = bare.chain.contradiction() if bare else None
+    if none_at_all:  # no row is to blame if none is safe without
+        program.blame_no_own_row()
+    if none := none_at_all or program.chain.contradiction():
         ruling, record = program.ruling(none.ruling), SolveRecord(residual=none.residual)
         limit = ShakedownLimit(np.nan, unsafe, record, task, program.motion, LimitKind.NO_SAFE_SLIP, np.nan)
         why = f"no residual slip that is safe at any load factor{task.pattern} obeys {', '.join(ruling)}: drop or relax them"

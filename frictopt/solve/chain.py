@@ -13,7 +13,7 @@ from ..contact import CONDENSATION, RESIDUAL, ROUNDING, Array, Attempt, SolveRec
 from .arrays import Arrays, polish
 from .compiled import Change, Compiled, Proof, proof
 from .flipped import Flipped, Plain, flipped
-from .problem import put_back, standing
+from .problem import put_back, set_no_optimum, standing
 from .reduced import Reduced
 from .solvers import INFEASIBLE, LARGE_SOCP, LP, NONE, OPTIMAL, SOCP, UNBOUNDED, C, failed, run, solver_order
 
@@ -139,6 +139,7 @@ class Chain:
             error = self._contradicts(multipliers, None if ray is None else ray[0])
             if error <= RESIDUAL:
                 sizes = compiled.save_multipliers(multipliers)
+                set_no_optimum(self.problem, cp.INFEASIBLE)
                 largest = max(sizes.values(), default=0.0)
                 return NoAnswer(frozenset(row for row, size in sizes.items() if size > RESIDUAL * largest), None, error)
         return None
@@ -177,6 +178,7 @@ class Chain:
         for start in _inside(program, program.right):
             unsafe = self._compiled.violation(reduced.back(start, np.zeros(len(program.right)))[0], reduced.z_unit)
             if unsafe <= RESIDUAL:
+                set_no_optimum(self.problem, cp.UNBOUNDED)
                 return NoAnswer(frozenset(), ray[0], max(ray[1], unsafe))
         return None
 

@@ -62,7 +62,21 @@ def _again(objective: Any, constraints: list[cp.Constraint], status: str, value:
     problem = Problem(objective, constraints)
     if status in ("optimal", "optimal_inaccurate"):
         problem.unpack(Solution(status, value, {part.id: part.value for part in problem.variables()}, {}, {}))
+    elif status in (cp.INFEASIBLE, cp.UNBOUNDED):
+        set_no_optimum(problem, status)
     return problem
+
+
+def set_no_optimum(problem: cp.Problem, status: str) -> None:
+    """Give a problem the status infeasible or unbounded, and the value that cvxpy has for it. Its unknowns then have no values.
+
+    The multipliers that stand in an infeasible one stay, for they prove it.
+    """
+    multipliers = {dual: dual.value for row in problem.constraints for dual in row.dual_variables}
+    low = isinstance(problem.objective, cp.Maximize) == (status == cp.INFEASIBLE)
+    problem.unpack(Solution(status, -np.inf if low else np.inf, {}, {}, {}))
+    if status == cp.INFEASIBLE:
+        put_back(multipliers)
 
 
 class Explained(Recorded):

@@ -2,7 +2,7 @@
 
 1. Unknowns of cvxpy's own, the bounds of abs and norm, and unknowns that an equation defines: they follow from the others, see `Step`.
 2. Dense equations: put in as one block that all rows share, or changed to the unknowns in which a square one is sparse, see `Change`.
-3. Rows that others stand for, and cones that are shut, which are equations.
+3. Rows that others stand for, see `implied`, `dominated` and `headed`, and cones that are shut, which are equations.
 4. Units of unknowns, rows and cost.
 """
 
@@ -16,6 +16,7 @@ from scipy.sparse import csr_array, vstack
 from ..contact import NO_COUPLING, ROUNDING, Array, Booleans, Integers
 from .arrays import Arrays
 from .compiled import Change, Compiled
+from .implied import implied
 from .redundant import dominated, headed, independent
 
 _PIVOT = 1e-6  # an equation defines an unknown only if its part is at least this share of the largest one: rounding is far below
@@ -52,6 +53,8 @@ class Reduced:
             equations = np.setdiff1d(equations, step.names)
         self._follow()
         inner = np.arange(zero, len(compiled.right)) if own is None else np.setdiff1d(np.arange(zero, len(compiled.right)), own.names)
+        idle = implied(compiled, *own) if own and simplify else inner[:0]
+        inner = np.setdiff1d(inner, idle)
         self._names, soc = np.r_[equations, inner], np.array(compiled.soc, dtype=int)
         sizes = np.r_[np.ones(len(inner) - soc.sum(), dtype=int), soc]
         rows = compiled.matrix[self._names]
@@ -64,9 +67,9 @@ class Reduced:
             keep[zero + dominated(csr_array(matrix[zero:linear]), right[zero:linear])] = False
             keep[zero + headed(csr_array(matrix[zero:]), right[zero:], sizes)] = False
         keep[zero:linear] &= (np.diff(matrix.indptr)[zero:linear] > 0) | (right[zero:linear] < 0)
-        self.left_out = int((~keep).sum())
+        self.left_out = int((~keep).sum()) + len(idle)
         self._dense(matrix, cost, changes)
-        self._names, matrix, right, sizes = self._names[keep], csr_array(matrix[keep] @ self._of_x), right[keep], sizes[self.left_out :]
+        self._names, matrix, right, sizes = self._names[keep], csr_array(matrix[keep] @ self._of_x), right[keep], sizes[int((~keep).sum()) :]
         self._scale(matrix, right, self._of_x.T @ cost, zero, sizes, unit)
 
     def _follow(self) -> None:
