@@ -93,7 +93,7 @@ def test_files_of_a_layer_do_not_import_each_other_in_a_circle():
 @pytest.mark.parametrize("path", FILES, ids=IDS)
 def test_files_are_small_or_say_why_not(path):
     text = path.read_text(encoding="utf-8")
-    assert text.count("\n") <= 300 or "\n# One file because" in text
+    assert text.count("\n") <= 450 or "\n# One file because" in text
 
 
 def test_the_recipe_asks_for_the_versions_of_the_package():

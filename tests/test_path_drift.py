@@ -15,11 +15,11 @@ FRICTION, LOAD_FACTOR = 0.5, 1.0
 
 @pytest.fixture(scope="module")
 def rolling():
-    """A cylinder pad, pushed to and fro above its contact on a block; its mesh is a little to one side."""
+    """A parabolic pad, pushed to and fro above its contact on a block; its mesh is a little to one side."""
     radius, across, up = 50.0, np.sinh(np.linspace(-3, 3, 21)) / np.sinh(3) * 6, np.linspace(0, 1, 7) ** 1.5
     across = across + 0.03 * (1 - (across / 6) ** 2)
     pad = MeshQuad.init_tensor(across, up).with_boundaries({"arc": lambda x: x[1] == 0, "top": lambda x: x[1] == 1})
-    arc = radius - np.sqrt(radius**2 - pad.p[0] ** 2)
+    arc = pad.p[0] ** 2 / (2 * radius)
     pad = MeshQuad(np.array([pad.p[0], arc + pad.p[1] * (8 - arc)]), pad.t).with_boundaries(pad.boundaries)
     block = MeshQuad.init_tensor(np.r_[-15, -10, across, 10, 15], -10 * up[::-1])
     block = block.with_boundaries({"top": lambda x: x[1] == 0, "bottom": lambda x: x[1] == -10})

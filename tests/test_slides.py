@@ -51,7 +51,7 @@ def test_a_mechanism_proves_nothing_where_a_slide_of_the_body_does_work_on_it(mo
         """A load factor that is no limit, and the multipliers that come closest to a proof."""
         matrix, n = program.matrix.toarray(), len(program.cost)
         assert program.zero == 0
-        x = linprog(np.zeros(n), matrix, program.right, [program.cost], [-share], bounds=[(None, None)] * n).x
+        x = linprog(np.zeros(n), matrix, program.right, [program.cost], [-share / task.load_unit], bounds=[(None, None)] * n).x
         told.append(x)
         return "optimal", x, persuasive(program, x)
 

@@ -52,7 +52,8 @@ def test_corners_within_the_hull_of_others_are_left_out_and_change_nothing():
     inner = fo.LoadCycle(loads.mean, [*loads.corners, {"a": 0.3}, {"a": 0.0, "b": 0.35, "c": 0.1}, {"a": 1.0}])
     one, other = fo.shakedown_limit(contact, loads, 0.5), fo.shakedown_limit(contact, inner, 0.5)
     assert other.load_factor == pytest.approx(one.load_factor, rel=1e-9)
-    assert other.record.left_out == ("corners: 3 of 6 are within the hull of the others",) and one.record.left_out == ()
+    assert one.record.left_out == ("rows: 15 that others stand for",)  # p >= 0 of 5 nodes at 3 corners
+    assert set(other.record.left_out) - set(one.record.left_out) == {"corners: 3 of 6 are within the hull of the others"}
 
 
 @pytest.mark.parametrize("idle", [[0], [0, 1, 2]])
