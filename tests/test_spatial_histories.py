@@ -161,7 +161,7 @@ def test_a_backbone_curve_has_the_range_of_the_plane():
     mode = {"natural_frequency": 10.0**-0.5 / (2 * np.pi), "steps": 2, "range": True}
     curves = [fo.backbone_curve(replace(contact, compliance=10.0 * np.eye(2)), CYCLE, 0.6, [0.8], **mode) for contact in (PAIR, SOLID)]
     plane, space = (curve.to_frame().drop(columns=["exponent", "outcome"]).to_numpy() for curve in curves)
-    assert space == pytest.approx(plane, rel=2e-3, abs=1e-12)
+    assert space == pytest.approx(plane, rel=2e-3, abs=1e-12, nan_ok=True)  # the motion is not known
     assert curves[1].guaranteed_limit == pytest.approx(curves[0].guaranteed_limit, rel=1e-7)
 
 

@@ -49,16 +49,16 @@ def test_the_report_has_a_line_for_each_scene_and_a_cell_for_each_computation(ta
     lines = [line for line in left_out.STUDY.summary({"left_out": rows}).splitlines() if line.startswith("|")]
     assert [line.split("|")[1].split(",")[0].strip() for line in lines[2:]] == list(dict.fromkeys(rows["scene"]))
     assert sum(line.count("→") + line.count("nothing left out") for line in lines[2:]) == len(rows)
-    assert sum(line.count("nothing left out") for line in lines[2:]) == (rows["left_out"] == "").sum() > 0
+    assert sum(line.count("nothing left out") for line in lines[2:]) == (rows["left_out"] == "").sum()
 
 
 @pytest.mark.parametrize(
     ("scene", "computation", "words"),
     [
         ("paper", "shakedown limit", ["rows"]),
-        ("paper", "safe slip", []),
+        ("paper", "safe slip", ["rows"]),
         ("sampled", "shakedown limit", ["rows", "14 of 16"]),
-        ("sampled", "safe slip", ["14 of 16"]),
+        ("sampled", "safe slip", ["rows", "14 of 16"]),
         ("ellipse", "shakedown limit", ["rows"]),
     ],
 )

@@ -175,7 +175,7 @@ class SolveRecord:
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> record = fo.shakedown_limit(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), friction=0.5).record
     >>> record.solver, record.left_out, record.residual < 1e-9
-    ('HIGHS', ('rows: 8 that others stand for',), True)
+    ('HIGHS', ('rows: 16 that others stand for',), True)
     """
 
     solver: str = ""

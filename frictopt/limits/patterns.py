@@ -16,6 +16,7 @@ import numpy as np
 from ..contact import Bar, Booleans, bar_of
 from ..contact.checks import flag
 from ..errors import FrictoptError, ModelError, SolverError
+from ..transients.statics import Statics
 from .lift_off import LiftOff, Nodes, Order, among, with_order
 from .open_nodes import TOUCHES, open_under_mean
 from .question import Question, with_open
@@ -73,7 +74,7 @@ def best_pattern(of_set: Callable[[Question, float], ShakedownLimit], closed: Sh
         climb(closed)
         wants = len(tried) > 1
         if wants or not closed.least <= 0:
-            starts = [limit for opened in _settled(task, wants) if (limit := found(opened))]
+            starts = [limit for opened in _settled(task, wants, counts(best)) if (limit := found(opened))]
             climb(max(starts, key=lambda limit: limit.load_factor, default=None))
             if starts and len(tried) * closed.slip.size < _WORK:
                 climb(starts[-1])  # that of least friction, from which other sets are near
@@ -90,16 +91,25 @@ def _search(what: str, best: Callable[[], ShakedownLimit]) -> AbstractContextMan
     return bar_of(True, what, "program", best=told, keeps=lambda _: ("limit", best(), "the best limit by then is in the attribute `limit`"))
 
 
-def _settled(task: Question, wants: bool) -> Iterator[Booleans]:
+def _settled(task: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
     """What the mean load leaves open, with the friction, with more and with parts of it: where it opens none, only if a node `wants` to open."""
     for share in _SHARES:
         try:
             opened = open_under_mean(replace(task, friction=share * task.friction))
-        except SolverError:  # of the way to the mean load, on which a body may slide off: the search has one set less to begin with
+        except SolverError:  # of the way to the mean load: the search has one set less to begin with
+            # If nothing else is known to rest, an unknown way is no proof that nothing rests. A body that slides off has no way.
+            if share == 1.0 and not safe and not _slides_off(task):
+                raise
             continue
         yield from opened
         if share == 1.0 and not (opened or wants):
             return
+
+
+def _slides_off(task: Question) -> bool:
+    """Whether the mean load slides a body off at the pressures of the closed contact."""
+    statics = Statics(task.system, task.friction)
+    return any(statics.slides_off("the mean load", forces.ravel()) is not None for forces in task.r0)
 
 
 def _next_to(best: ShakedownLimit) -> Iterator[Booleans]:

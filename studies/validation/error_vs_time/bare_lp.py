@@ -31,10 +31,11 @@ class LinearProgram:
     def of(cls, model: Any) -> "LinearProgram":
         """The matrices of a model's last program as its solver takes them: reduced, and scaled."""
         (program,) = model._programs.values()
-        arrays = program.chain.reduced.arrays
+        reduced = program.chain.reduced
+        arrays = reduced.arrays
         none = np.full(len(arrays.right), -np.inf)
         floor = np.r_[arrays.right[: arrays.zero], none[arrays.zero :]]
-        return cls(arrays.cost, csc_matrix(arrays.matrix), arrays.right, np.full(len(arrays.cost), -np.inf), floor)
+        return cls(reduced.cost_unit * arrays.cost, csc_matrix(arrays.matrix), arrays.right, np.full(len(arrays.cost), -np.inf), floor)
 
     @classmethod
     def maximum(cls, matrix: Array, right: Array) -> "LinearProgram":

@@ -74,9 +74,12 @@ def _limit(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
     model = fo.ShakedownModel(system, LOADS)
     model.solve(friction)
     (program,) = model._programs.values()
+    reduced = program.chain.reduced
     for tolerance in parameters.tolerances:
-        bare = partial(_clarabel, program.chain.reduced.arrays.widened, tolerance)
-        methods.append(Method("Clarabel", "tolerance", f"{tolerance:.0e}", bare, relative(exact, lambda cost: -cost), rival="clarabel"))
+        bare = partial(_clarabel, reduced.arrays.widened, tolerance)
+        methods.append(
+            Method("Clarabel", "tolerance", f"{tolerance:.0e}", bare, relative(exact, lambda cost: -cost * reduced.cost_unit), rival="clarabel")
+        )
     return Question("lambda_2, 3-D", "load factor", _name(scene), system.nodes, methods)
 
 

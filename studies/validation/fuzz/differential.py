@@ -182,7 +182,7 @@ def _increments(scene: Scene) -> tuple[float, bool]:
         raise NotAsked
     loads = {f"load {k}": (path.bonded_q[k], path.bonded_p[k]) for k in range(landed, len(path.time))}
     names = list(loads)
-    again = replace(system, bonded=loads, compliance=None)
+    again = replace(system, bonded=loads, compliance=None, load_size={})
     cycle = fo.LoadCycle({names[0]: 1.0}, [{name: 1.0, names[0]: -1.0} for name in names[1:]])
     stepped = fo.march(again, cycle, scene.case.friction, 1.0, initial_slip=path.slip[landed], cycles=1, engine="qp", steps=1)
     for name in ("q", "p"):

@@ -133,7 +133,7 @@ def _condensed(elements: int, which: int) -> fo.ContactSystem:
         model, bodies={**model.bodies, "punch": replace(model.bodies["punch"], mesh=mesh)}, loads={"half": [fo.Traction("punch", "half", y=-1.0)]}
     ).condense()
     loads = {"mean": system.bonded["P"], "sigma": system.bonded["sigma"], "Q": system.bonded["Q"], "half": tilted.bonded["half"]}
-    return replace(system, bonded=loads, compliance=None)
+    return replace(system, bonded=loads, compliance=None, load_size={})
 
 
 FAMILIES: dict[str, Callable[[np.random.Generator], fo.ContactSystem]] = {"any": _any, "chain": _chain, "half-planes": _half_planes, "punch": _punch}
