@@ -1,7 +1,7 @@
-"""Mutation tests: the faults of `faults.py`, planted one at a time in a copy of the repository, and the tests that should fail because of them.
+"""Mutation tests: the faults of `tests/ROOM/faults.py`, planted one at a time in a copy of the repository, and the tests that should fail.
 
-Run with `python benchmarks/mutants.py [--page FOLDER] [FILE ...]`; FILE is a room or the beginning of a file's name, `spatial` or `histories/run`. A
-fault that no test finds has "SURVIVED"; one whose text does not stand once in its file is "gone". The exit status is the number of both. A fault
+Run with `python benchmarks/mutants.py [--page FOLDER] [FILE ...]`; FILE is a room or the beginning of a file's name, `limits` or `study/run`. A
+fault that no test finds has "SURVIVED"; one that does not stand once in its file is "gone". The exit status is the number of both. A fault
 counts as killed only if the test that fails with it passes without it; slow tests are not asked.
 """
 
@@ -20,9 +20,14 @@ from queue import SimpleQueue
 from time import monotonic, time_ns
 
 import pytest
-from faults import FAULTS, Fault
 
 ROOT = Path(__file__).parents[1]
+sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+
+from helpers.planting import Fault, faults, planted  # noqa: E402
+from studies.origin import machine  # noqa: E402
+
+FAULTS = faults()
 PATIENCE = 400  # seconds, for tests that hang because of a fault
 NO_END = "no end"
 PROCESSES = get_context("forkserver")
@@ -30,18 +35,19 @@ PROCESSES = get_context("forkserver")
 
 def room(fault: Fault) -> str:
     """The part of the package that a fault is in."""
-    return str(Path(fault.file).parent) if fault.file.startswith("fem/") else Path(fault.file).parts[0]
+    return Path(fault.file).parts[0]
 
 
 def place(fault: Fault, copy: Path) -> Path:
     """The file of a fault."""
-    return copy / fault.file if fault.file.startswith("studies/") else copy / "frictopt" / fault.file
+    outside = Path(fault.file).parts[0] in ("studies", "validation")
+    return copy / fault.file if outside else copy / "frictopt" / fault.file
 
 
 def test_files(fault: Fault, copy: Path) -> list[str]:
     """The tests that should find a fault."""
     named = (name.partition("::") for name in fault.tests.split())
-    return [f"{path.relative_to(copy)}{mark}{test}" for glob, mark, test in named for path in sorted((copy / "tests").glob(f"test_{glob}.py"))]
+    return [f"{path.relative_to(copy)}{mark}{test}" for glob, mark, test in named for path in sorted((copy / "tests").glob(f"*/test_{glob}.py"))]
 
 
 class _Failed:
@@ -63,7 +69,7 @@ def _run(end: Connection, copy: Path, caches: str, arguments: Sequence[str]) -> 
 
     os.chdir(copy)
     sys.dont_write_bytecode = False  # a planted fault has a time of its own
-    sys.path.insert(0, str(copy))
+    sys.path[:0] = [str(copy), str(copy / "tests")]
     os.environ |= {"PYTHONPATH": str(copy), "NUMBA_CACHE_DIR": caches}
     numba.config.CACHE_DIR = caches
     for descriptor in (1, 2):
@@ -107,9 +113,10 @@ class Ground:
         """The first test that fails with a fault, empty where none does; None where the fault is gone."""
         file = place(fault, self.copy)
         before, times = file.read_text(), file.stat()
-        if before.count(fault.old) != 1:
+        with_fault = planted(before, fault)
+        if with_fault is None:
             return None
-        file.write_text(before.replace(fault.old, fault.new))
+        file.write_text(with_fault)
         os.utime(file, ns=(times.st_atime_ns, max(time_ns(), times.st_mtime_ns + 10**9)))  # compiled code is known by it
         try:
             return next(iter(self.failures(test_files(fault, self.copy), "-x", cold=file.name in ("kernel.py", "sweeps.py"))), "")
@@ -173,9 +180,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"{test} fails without a fault, too")
     killed = [bool(killer) and killer not in wrong for killer in killers]
     if options.page is not None:
-        sys.path.insert(0, str(ROOT))
-        from studies.origin import machine
-
         options.page.mkdir(parents=True, exist_ok=True)
         file, log = options.page / "mutants.md", ["git", "log", "-1", "--format=%h of %cs", "--", "frictopt"]
         code = subprocess.run(log, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()

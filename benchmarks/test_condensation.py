@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import splu
 
-from studies.validation.error_vs_time.condensation import ORDERINGS, assembled, multiple_right_hand_sides
+from validation.error_vs_time.condensation import ORDERINGS, assembled, multiple_right_hand_sides
 
 
 @pytest.fixture(scope="module")

@@ -9,10 +9,10 @@ from scipy.sparse import block_diag, csr_matrix, identity
 from scipy.sparse.linalg import splu
 from skfem import Basis, ElementQuad1, ElementVector
 from skfem.models.elasticity import lame_parameters, linear_elasticity
+from tests.meshes import wedge
 
 import frictopt as fo
-from studies.validation.error_vs_time.condensation import ORDERINGS
-from tests.meshes import wedge
+from validation.error_vs_time.condensation import ORDERINGS
 
 MOST = {"COLAMD": 1.5, "MMD_AT_PLUS_A": 3.0}  # MMD_AT_PLUS_A is the best of scipy's orderings here
 

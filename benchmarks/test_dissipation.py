@@ -9,7 +9,7 @@ from multiprocessing import get_context
 import pytest
 
 import frictopt as fo
-from frictopt.histories.store import Store
+from frictopt.study.store import Store
 from studies import dissipation, paper
 
 PARAMETERS = replace(dissipation.FULL, frictions=(0.7,))

@@ -5,14 +5,14 @@ Each call is timed by the processor time of one thread, once where it takes seco
 
 import numpy as np
 import pytest
-from joints import ASKEW, FRICTION, PULL, SHEAR, VIBRATION, fir_tree, flange, lap_joint
 from test_spatial import ratio, seconds
 
 import frictopt as fo
-from frictopt.contact.parts import joined
+from frictopt.contact import joined
 from frictopt.solve.solvers import run
 from frictopt.transients.march import open_at_rest
 from frictopt.transients.stepped import SteppedPath
+from joints import ASKEW, FRICTION, PULL, SHEAR, VIBRATION, fir_tree, flange, lap_joint
 
 
 @pytest.fixture(scope="module")

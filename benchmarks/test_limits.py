@@ -7,7 +7,7 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 import frictopt as fo
-from studies.validation.error_vs_time.bare_lp import SIMPLEX, LinearProgram, highs, highs_cost
+from validation.error_vs_time.bare_lp import SIMPLEX, LinearProgram, highs, highs_cost
 
 OPTIONS = {"defaults": {}, "primal simplex": SIMPLEX}
 

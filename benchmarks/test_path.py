@@ -8,7 +8,7 @@ from threadpoolctl import threadpool_limits
 
 import frictopt as fo
 from frictopt.transients.exact import ExactPath
-from studies.validation.error_vs_time.lemke import Lemke
+from validation.error_vs_time.lemke import Lemke
 
 FRICTION = 0.7
 

@@ -13,7 +13,7 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 import frictopt as fo
-from frictopt.contact.parts import joined
+from frictopt.contact import joined
 from frictopt.solve.solvers import run
 from frictopt.transients.increments.sweeps import sweep
 

@@ -1,11 +1,12 @@
 from . import reference as reference
+from . import results as results
 from . import scenes as scenes
+from .base import LimitKind, Outcome
 from .contact import (
     ContactState,
     ContactSystem,
     LoadCycle,
 )
-from .contact.result import Outcome
 from .errors import FrictoptError, ModelError, ModelWarning, NoContinuation, SolverError, StoreError
 from .fem.bodies import Body, split_bodies
 from .fem.bolts import BoltPreload
@@ -14,28 +15,17 @@ from .fem.contacts import Contact, Interference
 from .fem.cyclic import Cyclic
 from .fem.elasticity import Material
 from .fem.loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
-from .fem.matrices.ansys_nastran import read_ansys, read_nastran
-from .fem.matrices.calculix_abaqus import read_abaqus, read_calculix
-from .fem.matrices.job import MatrixJob
-from .fem.matrices.labelled import modal_load
-from .fem.matrices.meshes import read_mesh
 from .fem.model import ContactModel
 from .fem.paraview import write_paraview
 from .fem.supports import Support
-from .histories import results, starts
-from .histories.backbone import backbone_curve
-from .histories.dissipation import dissipation_study
-from .histories.dissipation_range import dissipation_range
-from .histories.excursion import least_excursion
-from .histories.protocols import limit_after_protocol
-from .histories.report import report
-from .histories.tightening import tightened
-from .histories.wear import wear
-from .histories.worn_in import worn_in
+from .joints.backbone import backbone_curve
+from .joints.report import report
+from .joints.tightening import tightened
+from .joints.wear import wear
+from .joints.worn_in import worn_in
 from .limits import (
     DesignModel,
     GuaranteedModel,
-    LimitKind,
     SafeSlipModel,
     ShakedownModel,
     gross_slip,
@@ -45,7 +35,19 @@ from .limits import (
     safe_slip,
     shakedown_limit,
 )
-from .plots import plot_study
+from .readers.ansys_nastran import read_ansys, read_nastran
+from .readers.calculix_abaqus import read_abaqus, read_calculix
+from .readers.job import MatrixJob
+from .readers.labelled import modal_load
+from .readers.meshes import read_mesh
+from .study import starts
+from .study.after_overload import after_overload
+from .study.dissipation import dissipation_study
+from .study.dissipation_range import dissipation_range
+from .study.excursion import least_excursion
+from .study.plot_study import plot_study
+from .study.protocols import limit_after_protocol
+from .study.verify import verify
 from .transients import (
     increments,
     march,
@@ -86,6 +88,7 @@ __all__ = [
     "StoreError",
     "Support",
     "Traction",
+    "after_overload",
     "backbone_curve",
     "condense",
     "dissipation_range",
@@ -116,6 +119,7 @@ __all__ = [
     "starts",
     "steady_state",
     "tightened",
+    "verify",
     "wear",
     "worn_in",
     "write_paraview",

@@ -8,17 +8,18 @@ import argparse
 import re
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import __version__
-from .contact.files import WRITERS, output, to_its_end
+from .base.files import WRITERS, output, to_its_end
 from .errors import FrictoptError, ModelError, StoreError
 
 if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
-    from .contact import ContactSystem, LoadCycle, Table
-    from .fem.matrices.job import MatrixJob
+    from .base import Table
+    from .contact import ContactSystem, LoadCycle
+    from .readers.job import MatrixJob
 
 _KINDS = {"shakedown": "shakedown_limit", "guaranteed": "guaranteed_limit", "onset": "onset"}
 _ROWS = 8  # of a table that is printed
@@ -118,7 +119,7 @@ def _look(asked: argparse.Namespace) -> None:
     from .contact import ContactSystem
 
     system = ContactSystem.load(asked.file)
-    _written(asked.picture, system)
+    _written(asked.picture, system.plot)
     print(system, _sums(system).to_string(index=False, float_format="{:.5g}".format), sep="\n")
     mean, *_, cyclic = [*system.bonded, *system.bonded]
     print(f"next: frictopt report {asked.file} --mean {mean}=1 --corners {cyclic}=-1 {cyclic}=1 --friction 0.5")
@@ -126,7 +127,7 @@ def _look(asked: argparse.Namespace) -> None:
 
 def _job(file: str, *faces: str) -> "MatrixJob":
     """A job of CalculiX, in which the nodes amid edges of contact faces follow the corners, as `condense` needs it."""
-    from .fem.matrices.calculix_abaqus import read_calculix
+    from .readers.calculix_abaqus import read_calculix
 
     job = read_calculix(file)
     return job.with_linear_faces(*faces) if len(getattr(job.deck, "midsides", ())) else job
@@ -153,7 +154,7 @@ def _condense(asked: argparse.Namespace) -> None:
 def _cycle(asked: argparse.Namespace) -> "LoadCycle":
     """The load cycle of corners, or of a history."""
     from .contact import LoadCycle
-    from .histories.plans import read_table
+    from .study.plans import read_table
 
     if asked.history:
         return LoadCycle.from_history(read_table(asked.history), mean=asked.mean, time=asked.time, tolerance=asked.tolerance or 0.0)
@@ -166,7 +167,7 @@ def _cycle(asked: argparse.Namespace) -> "LoadCycle":
 
 def _report(asked: argparse.Namespace) -> None:
     from .contact import ContactSystem
-    from .histories.report import report
+    from .joints.report import report
 
     found = report(ContactSystem.load(asked.file), _cycle(asked), asked.friction, asked.load_factors)
     print(found)
@@ -181,7 +182,7 @@ def _limit(asked: argparse.Namespace) -> None:
     found = getattr(transients if asked.kind == "onset" else limits, question)(system, cycle, asked.friction)
     table = found.to_frame()
     try:
-        _written(asked.picture, found, asked.table, table)
+        _written(asked.picture, found.plot, asked.table, table)
     finally:
         print(found)
         print(table.head(_ROWS).to_string(index=False, float_format="{:.5g}".format))
@@ -192,11 +193,13 @@ def _limit(asked: argparse.Namespace) -> None:
 def _study(asked: argparse.Namespace) -> None:
     from concurrent.futures import ProcessPoolExecutor
     from contextlib import nullcontext
+    from functools import partial
     from multiprocessing import get_context
 
-    from .contact.checks import whole_number
-    from .histories.dissipation import dissipation_study
-    from .histories.plans import read_plan
+    from .base import whole_number
+    from .study.dissipation import dissipation_study
+    from .study.plans import read_plan
+    from .study.plot_study import plot_study
 
     question, files = read_plan(asked.file)
     store = Path(asked.store or files["store"])
@@ -206,14 +209,15 @@ def _study(asked: argparse.Namespace) -> None:
     with nullcontext() if workers == 1 else ProcessPoolExecutor(workers, get_context("spawn")) as pool:
         table = dissipation_study(**question, shard=asked.shard, executor=pool, store=store)
     if asked.shard is None:
-        _written(asked.picture or files.get("picture"), table, asked.table or files.get("table"), table, "study")
+        picture, file = asked.picture or files.get("picture"), asked.table or files.get("table")
+        _written(picture, partial(plot_study, table), file, table)
     by = ["friction", *["cycle"] * (table["cycle"].nunique() > 1), "load_factor", "outcome"]
     print(table.groupby(by).size().rename("runs").reset_index().to_string(index=False))
     print(f"kept in {store}")
 
 
 def _merge(asked: argparse.Namespace) -> None:
-    from .histories.store import merge_stores
+    from .study.store import merge_stores
 
     print(f"{merge_stores(asked.into, asked.parts)} runs in {asked.into}")
 
@@ -222,8 +226,7 @@ def _sums(system: "ContactSystem") -> "Table":
     """Sums of the bonded reactions of each load case, of contacts that turn in x, y, z, zero where only rounding is left; extreme normal forces."""
     import numpy as np
 
-    from .contact.result import frame
-    from .contact.tolerances import ROUNDING
+    from .base import ROUNDING, frame
 
     turns = np.ptp(system.frames, axis=0).max() > ROUNDING
     names = ["sum of q"] if system.tangents == 1 else ["sum of q1", "sum of q2"]
@@ -234,13 +237,11 @@ def _sums(system: "ContactSystem") -> "Table":
     return frame({"load case": list(system.bonded), **dict(zip(names, rows.T, strict=True))})
 
 
-def _written(picture: Path | None, result: object, file: Path | None = None, table: Any = None, kind: str = "") -> None:
+def _written(picture: Path | None, plot: Callable[[], Any], file: Path | None = None, table: Any = None) -> None:
     if file:
         getattr(table, WRITERS[file.suffix])(file, index=False)
     if picture:
-        from .plots import draw
-
-        axes: Any = draw(result, kind=kind)
+        axes = plot()
         try:
             getattr(axes, "flat", [axes])[0].figure.savefig(picture, bbox_inches="tight")
         except ValueError as error:

@@ -15,8 +15,8 @@ from typing import Any, Protocol, cast
 import pandas as pd
 from matplotlib.figure import Figure
 
-from frictopt.contact import bar_of
-from frictopt.contact.files import to_its_end
+from frictopt.base import bar_of
+from frictopt.base.files import to_its_end
 from studies.tables import INTERRUPTED, Table, data_folder, whole_number, writable
 
 from . import style

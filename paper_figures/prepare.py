@@ -10,7 +10,7 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from frictopt.contact import bar_of
+from frictopt.base import bar_of
 from studies.tables import Table
 
 

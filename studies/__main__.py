@@ -4,15 +4,18 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from frictopt.contact.files import to_its_end
+from frictopt.base.files import to_its_end
 
 from .tables import Study
 
 _MODULES = """
-first_look limits scenes guaranteed separation lift_off vanishing increments dissipation range damping wear design joint space spatial size validity
-flicek published.study validation.left_out validation.followed validation.error_vs_time.study validation.extremes.study validation.fuzz.study
+studies.first_look studies.limits studies.scenes studies.guaranteed studies.separation
+studies.lift_off studies.vanishing studies.increments studies.dissipation studies.range
+studies.damping studies.wear studies.design studies.joint studies.space studies.spatial
+studies.size studies.validity studies.flicek studies.published.study validation.left_out
+validation.followed validation.error_vs_time.study validation.extremes.study validation.fuzz.study
 """
-STUDIES: dict[str, Study] = {study.name: study for study in (import_module(f"{__package__}.{name}").STUDY for name in _MODULES.split())}
+STUDIES: dict[str, Study] = {study.name: study for study in (import_module(name).STUDY for name in _MODULES.split())}
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -16,8 +16,8 @@ import numpy as np
 import pandas as pd
 
 import frictopt as fo
-from frictopt.histories.guarantee import left_by_overload
 from frictopt.plots.style import BLACK, GREY, SERIES, screen
+from frictopt.study.after_overload import left_by_overload
 
 from .paper import LOADS, work_unit
 from .tables import Row, Study, Table, markdown
@@ -63,7 +63,7 @@ def _asked(elements: int, friction: float) -> tuple[fo.ContactSystem, fo.Guarant
     """The contact, its model of the guaranteed limit, and that after one overload, which is asked once."""
     system = fo.scenes.PunchOnHalfPlane(elements=elements).condense()
     model = fo.GuaranteedModel(system, LOADS)
-    return system, model, cache(lambda: model.solve(friction).after_overload())
+    return system, model, cache(lambda: fo.after_overload(model.solve(friction)))
 
 
 def works(parameters: Parameters) -> Iterator[Row]:

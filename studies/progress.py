@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator
 from typing import TypeVar
 
-from frictopt.contact import bar_of
+from frictopt.base import bar_of
 
 T = TypeVar("T")
 

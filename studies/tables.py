@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 
 import frictopt as fo
-from frictopt.contact import bar_of
+from frictopt.base import bar_of
 
 from .columns import COLUMNS
 from .origin import machine, source_digest

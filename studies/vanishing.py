@@ -17,11 +17,11 @@ from threadpoolctl import threadpool_limits
 import frictopt as fo
 from frictopt.limits.critical_state import needed
 from frictopt.limits.question import pose
+from validation.followed import random_contact
 
 from . import space
 from .progress import each
 from .tables import Row, Study, Table, markdown, two_digits
-from .validation.followed import random_contact
 
 _APART = 0.01, 0.97  # least and largest ratio of the limits of the contacts that are followed
 

@@ -20,6 +20,8 @@ from threadpoolctl import threadpool_limits
 import frictopt as fo
 from frictopt.transients.exact.kernel import compiled
 
+collect_ignore_glob = ["*/faults.py"]  # lists of planted faults
+
 threadpool_limits(1)  # tests run side by side
 
 settings.register_profile("repeatable", derandomize=True, deadline=None)
@@ -100,7 +102,7 @@ def cube(tmp_path_factory):
 def followed(monkeypatch):
     """The load factors of the runs of studies that are followed from now on."""
     seen = []
-    monkeypatch.setattr("frictopt.histories.runs.steady_state", lambda *args, **options: seen.append(args[3]) or fo.steady_state(*args, **options))
+    monkeypatch.setattr("frictopt.study.runs.steady_state", lambda *args, **options: seen.append(args[3]) or fo.steady_state(*args, **options))
     return seen
 
 
@@ -108,7 +110,7 @@ def followed(monkeypatch):
 def few_starts():
     """Searches of ranges try 8 starts around each end, in place of up to 200: for tests that ask for no more than a range."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("frictopt.histories.range_search._AROUND", (8, 8))
+        patch.setattr("frictopt.study.range_search._AROUND", (8, 8))
         yield
 
 
@@ -143,7 +145,7 @@ def quick(quick_data, studies):
             with lock_file(str(quick_data / f"{study.name}.lock")):  # another process may be running it
                 if not all(table.path(quick_data).exists() for table in study.tables):
                     with redirect_stdout(StringIO()) as printed, pytest.MonkeyPatch.context() as patch:
-                        patch.setattr("frictopt.histories.range_search._AROUND", (8, 8))  # starts around ends, of which 200 take minutes
+                        patch.setattr("frictopt.study.range_search._AROUND", (8, 8))  # starts around ends, of which 200 take minutes
                         assert study.run(["--quick", "--data", str(quick_data)]) == 0
                     assert all(str(table.path(quick_data)) in printed.getvalue() for table in study.tables)
         return {table.name: pd.read_parquet(table.path(quick_data)) for table in tables}

@@ -8,12 +8,26 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..base import (
+    CONDENSATION,
+    Array,
+    Booleans,
+    Kept,
+    Table,
+    check_entries,
+    components,
+    finite_array,
+    finite_number,
+    frame,
+    real_array,
+    shown,
+    warns_of_odd_values,
+    whole_number,
+)
+from ..base.checks import per_node
 from ..errors import ModelError
-from .checks import Array, Booleans, check_entries, finite_array, finite_number, per_node, real_array, shown, warns_of_odd_values, whole_number
 from .parts import joined
-from .result import Kept, Table, components, frame
 from .system import ContactSystem, checked_system
-from .tolerances import CONDENSATION
 
 
 def friction_coefficients(friction: ArrayLike, nodes: int) -> Array:

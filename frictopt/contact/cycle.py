@@ -12,18 +12,17 @@ from typing import Self
 
 import numpy as np
 
+from ..base import ROUNDING, Array, Plotted, Table, checked_loads, finite_number, kept, listed, shown, warns_of_odd_values
 from ..errors import ModelError
-from .checks import Array, checked_loads, finite_number, listed, shown, warns_of_odd_values
 from .history import harmonic_corners, history_corners, independent_corners
 from .parts import parted
-from .result import Plotted, Table
 from .system import ContactSystem, checked_system, reactions
-from .tolerances import ROUNDING
 
 _SECOND = np.timedelta64(1, "s")
 _SHOWN = 4  # corners in the text of a load cycle: those of two independent loads
 
 
+@kept
 @warns_of_odd_values
 @dataclass(frozen=True)
 class LoadCycle(Plotted):

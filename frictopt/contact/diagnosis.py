@@ -5,10 +5,10 @@ from math import hypot
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .checks import Array, Booleans, Names
+from ..base import CONDENSATION, Array, Booleans
+from ..base.checks import Names
 from .coulomb import lengths
 from .system import ContactSystem
-from .tolerances import CONDENSATION
 
 _MOST_SETS = 100  # changes of the set of open nodes
 

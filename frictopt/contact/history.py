@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from ..base import Array, Table, checked_cases, checked_loads, choice, finite_array, finite_number, listed, shown, whole_number
+from ..base.checks import check_name
 from ..errors import ModelError
-from .checks import Array, check_name, checked_cases, checked_loads, choice, finite_array, finite_number, listed, shown, whole_number
-from .result import Table
 
 _ROUNDING = 4 * np.finfo(float).eps  # distance from the straight segment, over the largest amplitude of the load case, that counts as rounding
 _MOST_CORNERS = 100_000

@@ -7,9 +7,24 @@ from typing import Any
 
 import numpy as np
 
+from ..base import (
+    CONDENSATION,
+    RIGID,
+    SAME_POINT,
+    Array,
+    Booleans,
+    check_entries,
+    checked_cases,
+    choice,
+    finite_array,
+    finite_number,
+    for_each,
+    frozen,
+    real_array,
+    shown,
+)
+from ..base.checks import Names
 from ..errors import ModelError
-from .checks import Array, Booleans, Names, check_entries, checked_cases, choice, finite_array, finite_number, for_each, frozen, real_array, shown
-from .tolerances import CONDENSATION, RIGID, SAME_POINT
 
 _ORTHONORMAL = 10 * CONDENSATION  # error of the frames of the pairs up to which they are orthonormal, as for given normals
 _HELD = CONDENSATION  # eigenvalue of the stiffness of open nodes, over the largest, from which on they are held: the data have this error

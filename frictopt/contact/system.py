@@ -11,30 +11,33 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import ModelError
-from . import files, parts
-from .checks import (
+from ..base import (
+    RIGID,
     Array,
-    Names,
+    Plotted,
+    Shown,
+    Table,
     checked_cases,
     checked_contact,
     checked_loads,
-    checked_units,
     finite_array,
     finite_number,
+    frame,
     frozen,
-    per_node,
+    kept,
     real_array,
     shown,
 )
+from ..base.checks import Names, checked_units, per_node
+from ..errors import ModelError
+from . import files, parts
 from .parts import joined, parted
-from .result import Plotted, Shown, Table, frame
-from .tolerances import RIGID
 
 _RATIO = "give a ratio above 0"
 _SOFTER = 1e18  # than the bodies, which springs in some directions may be while others are not: beyond, rounding hides what these carry
 
 
+@kept
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactSystem(Shown, Plotted):
     """N node pairs of two elastic bodies, condensed to their interface (Flicek et al. 2015, section 2).

@@ -9,7 +9,8 @@ import numpy as np
 from scipy.sparse import block_diag, csr_matrix, diags, identity, vstack
 from scipy.sparse.csgraph import connected_components
 
-from ..contact import ROUNDING, SAME_POINT, Array, Booleans, Integers, choice, first_of, place, shown
+from ..base import ROUNDING, SAME_POINT, Array, Booleans, Integers, choice, first_of, place, shown
+from ..contact.frames import frames_of
 from ..errors import ModelError
 from .bodies import Body
 from .bolts import BoltPreload, Cut, cut_bodies, released
@@ -18,7 +19,7 @@ from .condense import Glued
 from .contacts import Contact, Interference, check_touching, joined, normals_into, shares
 from .cyclic import Cyclic, sector_of
 from .elasticity import Kinematics, body_stiffness, midside_ties
-from .interface import ASKEW, Interface, blocks_of, frames_of, guided, openings, own_directions
+from .interface import ASKEW, Interface, blocks_of, guided, openings, own_directions
 from .loads import BodyForce, Centrifugal, Displacement, Expansion, NodalForces, Pressure, Traction, values_at
 from .rigid import NO_ROWS, assemblies, free_motions, node_graph
 from .supports import Support, along_axes, nodes_of, normals_along

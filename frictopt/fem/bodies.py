@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from skfem import Mesh
 
-from ..contact import Array, Integers, check_text, choice, first_of, shown
+from ..base import Array, Integers, check_text, choice, first_of, shown
 from ..errors import ModelError
 from .elasticity import (
     ELEMENT_NAMES,

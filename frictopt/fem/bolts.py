@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import csr_matrix, hstack
 from skfem import Mesh
 
-from ..contact import Array, Integers, choice, finite_number, flag
+from ..base import Array, Integers, choice, finite_number, flag
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Kinematics, boundary_forces, facet_nodes, parts_of, points_from

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
-from ..contact import COUNTS, SAME_POINT, Array, Booleans, Integers
+from ..base import COUNTS, SAME_POINT, Array, Booleans, Integers
 
 _FEWEST, _MOST = 6, 12  # digits; with more, the share of the size of the mesh is larger than the last digit
 _SAMPLE = 100  # coordinates that tell at once that a mesh has many digits

@@ -12,11 +12,13 @@ from scipy.linalg import LinAlgError
 from scipy.sparse import block_array, csr_matrix, hstack, identity
 from scipy.sparse.csgraph import connected_components
 
-from ..contact import EQUILIBRIUM, SAME_POINT, Array, ContactSystem, Integers, bar_of, checked_cases, checked_contact, finite_array, place
+from ..base import EQUILIBRIUM, SAME_POINT, Array, Integers, bar_of, checked_cases, checked_contact, finite_array, place
+from ..contact import ContactSystem
+from ..contact.frames import frames_of
 from ..errors import ModelError
 from .coincidence import coordinate_errors
 from .given import check_forgotten, checked_gap, checked_normals, checked_pairs, checked_rows, checked_stiffness
-from .interface import Interface, check_course, check_sides, frames_of, guided, half_widths, openings
+from .interface import Interface, check_course, check_sides, guided, half_widths, openings
 from .rigid import balanced, check_supports, free_motions, node_graph
 from .schur import Factor, eliminate, nested_dissection
 

@@ -14,7 +14,8 @@ from scipy.cluster.hierarchy import DisjointSet
 from scipy.sparse import csr_matrix
 from skfem import Mesh
 
-from ..contact import COUNTS, Array, Integers, check_text, checked_springs, finite_number, first_of, place, shown
+from ..base import COUNTS, Array, Integers, check_text, finite_number, first_of, place, shown
+from ..contact import checked_springs
 from ..errors import ModelError
 from .bodies import Body
 from .coincidence import along, coincident, measured, mesh_errors

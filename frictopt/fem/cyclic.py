@@ -12,13 +12,14 @@ from scipy.sparse.linalg import LinearOperator, cg
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from ..contact import COUNTS, ROUNDING, SAME_POINT, Array, Booleans, Integers, check_text, first_of, place
+from ..base import COUNTS, ROUNDING, SAME_POINT, Array, Booleans, Integers, check_text, first_of, place
+from ..contact.frames import frames_of
 from ..errors import ModelError
 from .bodies import Body
 from .coincidence import mesh_errors
 from .elasticity import Kinematics, facet_nodes
 from .faces import FACED, areas_of, faced, facet_overlaps, facets_around, mortar_projection, sag
-from .interface import ASKEW, blocks_of, frames_of
+from .interface import ASKEW, blocks_of
 from .supports import Seam, axis_of, checked_axis
 
 _WHOLE = 0.9  # least share of all of it

@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import connected_components
 from skfem import Basis, Element, LinearForm, Mesh
 from skfem.quadrature import get_quadrature
 
-from ..contact import SAME_POINT, Array, Booleans, Integers, finite_number, first_of, place
+from ..base import SAME_POINT, Array, Booleans, Integers, finite_number, first_of, place
 from ..errors import ModelError
 
 ElementName: TypeAlias = Literal["linear", "mean_dilatation", "quadratic"]

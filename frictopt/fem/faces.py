@@ -7,10 +7,10 @@ from scipy.sparse import csr_matrix, diags
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
-from ..contact import ROUNDING, Array, Integers, place
+from ..base import ROUNDING, Array, Integers, place
+from ..contact.frames import frames_of
 from ..errors import ModelError
 from .bodies import Body
-from .interface import frames_of
 
 FACED = 0.5  # least share of a facet that faces another face: ends and rims of round faces miss each other by their sag
 _NEAR = (1 - np.sqrt(1 / 3)) / 2

@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix, diags, identity, issparse
 from scipy.sparse.csgraph import connected_components
 
-from ..contact import CONDENSATION, SAME_POINT, Array, Integers, choice, finite_array, first_of, frozen, listed, place, whole_array
+from ..base import CONDENSATION, SAME_POINT, Array, Integers, choice, finite_array, first_of, frozen, listed, place, whole_array
 from ..errors import ModelError
 from .coincidence import along, coincident, coordinate_errors, measured, one_point
 from .elasticity import parts_of

@@ -11,7 +11,9 @@ from scipy.sparse import csc_matrix, csr_matrix, diags, hstack, identity, kron
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import inv
 
-from ..contact import CONDENSATION, ROUNDING, SAME_POINT, Array, Booleans, Integers, first_of, place, runs
+from ..base import CONDENSATION, ROUNDING, SAME_POINT, Array, Booleans, Integers, first_of, place
+from ..contact import runs
+from ..contact.frames import frames_of
 from ..errors import ModelError
 
 _ASIDE = 1e3 * CONDENSATION  # share of its distance by which a node may be aside, and of its stiffness by which it may be pulled: rounding
@@ -20,7 +22,6 @@ _LIES = 0.5  # least share of a normal in a plane of symmetry: it may lean by ha
 _NEARLY = 1e-4  # a rigid motion that opens no pair by more of its slip slides along them: so do coordinates of five digits, and no wedge
 _APART = 1e-4  # sine of the angle between two normals from which on a node is held along both
 ASKEW = 1e-6  # squared sine of the angle up to which two nodes are held along one normal
-_ALONG = 0.9  # share of x in a normal from which on the first tangent is taken from y
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,27 +161,6 @@ def openings(nodes: Integers, projection: csr_matrix) -> csr_matrix:
     opening = csr_matrix(identity(projection.shape[1], format="csr")[nodes] - projection)
     opening.eliminate_zeros()
     return opening
-
-
-def frames_of(normals: Array, ways: Array | None = None) -> Array:
-    """(N, d, d) tangents and unit normals, from (N, d) normals of any length.
-
-    In the plane the tangent is the normal turned by -90 degrees. In space the first tangent is x less its part along the normal (y where the normal
-    is nearly x), or a way (N, d) that is given and not zero less that part. The second one is normal times first tangent: normal z has the tangents x
-    and y.
-    """
-    lengths = np.linalg.norm(normals, axis=1)
-    if not lengths.min() > 0:
-        raise ModelError(f"normals: zero at pair {int(lengths.argmin())}; give the direction from body 2 into body 1")
-    n = normals / lengths[:, None]
-    if n.shape[1] == 2:
-        return np.stack([np.column_stack([n[:, 1], -n[:, 0]]), n], axis=1)
-    axis = np.where(np.abs(n[:, :1]) < _ALONG, np.eye(3)[0], np.eye(3)[1])
-    if ways is not None:
-        axis = np.where(np.any(ways, axis=1, keepdims=True), ways, axis)
-    first = axis - np.sum(axis * n, axis=1)[:, None] * n
-    first = first / np.linalg.norm(first, axis=1)[:, None]
-    return np.stack([first, np.cross(n, first), n], axis=1)
 
 
 def guided(

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..contact import Array
+from ..base import Array
 from .bodies import Body
 from .elasticity import Kinematics, boundary_forces, volume_forces
 from .loads import BodyForce, Pressure, Traction, components

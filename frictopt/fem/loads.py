@@ -8,7 +8,7 @@ from typing import Any, get_type_hints
 import numpy as np
 from skfem import Basis
 
-from ..contact import Array, check_text, finite_array, finite_number, shown
+from ..base import Array, check_text, finite_array, finite_number, shown
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Amount, Kinematics, basis_of, boundary_forces, element_means, gradient_forces, volume_forces

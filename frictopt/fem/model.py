@@ -12,8 +12,9 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS, ContactSystem, Shown, bar_of, compliances, joined, parted
-from ..contact.checks import Array, checked_cases, checked_loads, checked_units, finite_array, frozen, listed_parts, shown
+from ..base import EQUILIBRIUM, RESIDUAL, SIMULTANEOUS, Array, Shown, bar_of, checked_cases, checked_loads, finite_array, frozen, shown
+from ..base.checks import checked_units, listed_parts
+from ..contact import ContactSystem, compliances, joined, parted
 from ..errors import ModelError, ModelWarning
 from .assembly import Assembly, Load
 from .bodies import Body, checked_kinematics, units_apart

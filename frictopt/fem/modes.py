@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -13,8 +12,9 @@ from scipy.sparse import block_diag, csr_matrix, diags
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 from skfem import BilinearForm
 
-from ..contact import Array, Booleans, Integers, Plotted, Shown, Table, checked_cases, compliances, frame, frozen, whole_number
-from ..contact.checks import flags
+from ..base import Array, Booleans, Integers, Plotted, Shown, Table, checked_cases, frame, frozen, whole_number
+from ..base.checks import flags
+from ..contact import compliances
 from ..errors import ModelError, SolverError
 from . import schur
 from .assembly import Assembly, Load
@@ -105,7 +105,8 @@ class Modes(Shown, Plotted):
 
         ImportError without matplotlib; ModelError for another number of axes, or no such mode.
         """
-        return import_module("frictopt.plots").draw(self, ax, "mode", number=self._number(k))
+        pictures = self._pictures()
+        return pictures.draw(self, ax, pictures.mode, number=self._number(k))
 
     def _number(self, k: int) -> int:
         return whole_number("k", k, least=0, most=len(self.frequency) - 1)

@@ -7,7 +7,7 @@ from scipy.optimize import least_squares
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
-from ..contact import ROUNDING, Array, Booleans, Integers
+from ..base import ROUNDING, Array, Booleans, Integers
 from .faces import areas_of, normals_of
 
 SMOOTH = 0.9  # least cosine between the normal of a node and those of its facets, where they stand for one smooth face

@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from ..contact import Array, Integers
+from ..base import Array, Integers
+from ..base.libraries import file_path, library
 from ..errors import ModelError
 from .faces import facets_around
-from .matrices.libraries import library
-from .matrices.meshes import file_path
 from .model import ContactModel
 from .recovery import BodyFields, Steady
 

@@ -3,7 +3,6 @@
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
@@ -12,7 +11,8 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 from skfem import BilinearForm
 
-from ..contact import COUNTS, Array, Plotted, Shown, choice, finite_number, first_of, frozen, place, shown, whole_number
+from ..base import COUNTS, Array, Plotted, Shown, choice, finite_number, first_of, frozen, place, shown, whole_number
+from ..base.libraries import library
 from ..errors import ModelError, ModelWarning
 from . import schur
 from .assembly import Assembly
@@ -21,7 +21,6 @@ from .condense import eliminated, fronts
 from .cyclic import on_seam
 from .elasticity import MOMENTS, Kinematics, basis_of, element_means
 from .loads import Expansion
-from .matrices.libraries import library
 from .supports import Seam
 
 _COMPONENTS = ("xx", "yy", "xy", "zz", "xz", "yz")  # the first four in the plane
@@ -150,7 +149,8 @@ class BodyFields(Shown, Plotted):
         See `plot` for the argument and what may be raised.
         """
         factor = None if scale is None else finite_number("scale", scale, least=0.0)
-        return import_module("frictopt.plots").draw(self, ax, "deformed", enlarged=factor)
+        pictures = self._pictures()
+        return pictures.draw(self, ax, pictures.deformed, enlarged=factor)
 
     def save(self, path: str | Path, body: str) -> None:
         """Write the fields of one body to a file of meshio, such as `.vtu`: displacement, stress, strain (xx, yy, zz, xy, yz, xz), von_mises.
@@ -245,7 +245,7 @@ class Viewed(Plotted):
         ['pressure (force per area)']
         >>> view.close()
         """
-        return import_module("frictopt.plots.views").view(self, result, show, scale, plotter)
+        return self._pictures("views").view(self, result, show, scale, plotter)
 
 
 class Recovery:

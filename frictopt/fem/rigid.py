@@ -5,7 +5,7 @@ from scipy.sparse import csc_matrix, csr_matrix, hstack, identity
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
-from ..contact import CONDENSATION, EQUILIBRIUM, SAME_POINT, Array, Integers, place
+from ..base import CONDENSATION, EQUILIBRIUM, SAME_POINT, Array, Integers, place
 from ..errors import ModelError
 from .interface import Interface
 

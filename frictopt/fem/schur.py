@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, blas, lapack
 from scipy.sparse import csr_matrix, triu
 
-from ..contact import ROUNDING, Array, Integers, bar_of
+from ..base import ROUNDING, Array, Integers, bar_of
 
 _LEAF = 64  # parts of at most this many nodes are not cut further
 _FAR, _NEAR, _SEPARATOR = 0, 1, 2  # sides of a cut

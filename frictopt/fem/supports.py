@@ -6,7 +6,7 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from ..contact import SAME_POINT, Array, Booleans, Integers, check_text, choice, finite_numbers, first_of, flag, place, shown
+from ..base import SAME_POINT, Array, Booleans, Integers, check_text, choice, finite_numbers, first_of, flag, place, shown
 from ..errors import ModelError
 from .bodies import Body
 from .coincidence import mesh_errors

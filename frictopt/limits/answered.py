@@ -13,11 +13,9 @@ import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact import ContactState, ContactSystem, LoadCycle, Plotted, Recorded, SolveRecord, components, frame, joined, lengths, parted, places
-from ..contact.checks import Array, Booleans, Integers, frozen
-from ..contact.coulomb import most_shear
+from ..base import RESIDUAL, Array, Booleans, Integers, Plotted, Recorded, SolveRecord, components, frame, frozen, kept, places
+from ..contact import ContactState, ContactSystem, LoadCycle, joined, lengths, most_shear, parted
 from ..contact.diagnosis import counted
-from ..contact.tolerances import RESIDUAL
 from ..solve.problem import Duals, Explained, duals
 from .question import Question
 
@@ -26,6 +24,7 @@ _OF_CORNER = re.compile(r"(?:q|p|gap|stuck|strength|pressed|apart)(?:_\d+)?\[(\d
 _SHARE = RESIDUAL  # parts of a mechanism below this share of it are left out of its table: they have the error of the answer
 
 
+@kept
 @dataclass(frozen=True, eq=False)
 class Mechanism:
     """A closed cycle of slips and lifts of node i at corner k; the multipliers of the safe-slip rows are one.

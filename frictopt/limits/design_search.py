@@ -7,18 +7,24 @@ from typing import Any, NoReturn, TypeAlias
 import cvxpy as cp
 import numpy as np
 
-from ..contact import Booleans
+from ..base import Booleans
 from ..errors import ModelError, SolverError
 from ..solve.problem import standing
-from .design_result import Design, NoneSafeError
 from .question import Question
-from .shakedown_result import ShakedownLimit
+from .shakedown import ShakedownLimit
+
+
+class NoneSafeError(ModelError):
+    """No design is safe with given nodes open; with others one may be."""
+
 
 _MOST = 8  # sets of open nodes
 _GAINS = 1e-7  # relative difference that counts
 _SHARE, _SHARES = 0.25, 8  # of the size of a design that opens other nodes, by which it is made smaller, and how often
 _HALVES = 24  # of the interval between a size that counts and one that does not
 _BUT = "but under its mean load other nodes open, and no limit that passes the checks confirms it; bound the design more tightly"
+
+Design: TypeAlias = Any  # its file searches with this one
 
 Sets: TypeAlias = list[Booleans]  # of each scenario
 

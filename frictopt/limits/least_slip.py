@@ -11,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from ..contact import ContactSystem, Kept, LoadCycle, Plotted, components, frame, lengths, parted, places
-from ..contact.checks import Array, finite_array, frozen
-from ..contact.tolerances import RESIDUAL, ROUNDING
+from ..base import RESIDUAL, ROUNDING, Array, Kept, Plotted, components, finite_array, frame, frozen, places
+from ..contact import ContactSystem, LoadCycle, lengths, parted
 from ..errors import SolverError
 from .answered import Mechanism
 from .question import Question

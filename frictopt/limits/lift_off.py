@@ -14,12 +14,12 @@ from typing import Any, NamedTuple
 import cvxpy as cp
 import numpy as np
 
-from ..contact import Array, Booleans, LimitKind, LoadCycle, SolveRecord
+from ..base import Array, Booleans, kept
+from ..contact import LoadCycle
 from .answered import Mechanism
 from .models import Row, events, named, ordered, rest, stuck, times, unknowns
 from .programs import Program
 from .question import Question
-from .shakedown_result import ShakedownLimit
 
 Nodes = frozenset[int]
 
@@ -29,6 +29,7 @@ def among(nodes: Nodes, count: int) -> Booleans:
     return np.isin(np.arange(count), sorted(nodes))
 
 
+@kept
 class Order(NamedTuple):
     """Which nodes are open at the first corner, and those that open or close at each event on the way to the last."""
 
@@ -47,6 +48,7 @@ class Order(NamedTuple):
         return [sets[0], *(before & after for before, after in pairwise(sets)), sets[-1]]
 
 
+@kept
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LiftOff(Question):
     """A question with nodes that open and close in each cycle; `open` are those that are open all through it.
@@ -161,9 +163,10 @@ class Ordered(Program):
     @property
     def task(self) -> LiftOff:  # type: ignore[override]  # it follows from the solution
         """The question, with the events where they are in the solution."""
-        return self._placed([float(part.value) for part in self.way], float(self.x.load_factor.value))
+        return self.placed([float(part.value) for part in self.way], float(self.x.load_factor.value))
 
-    def _placed(self, way: list[float], load_factor: float) -> LiftOff:
+    def placed(self, way: list[float], load_factor: float) -> LiftOff:
+        """The question with its events at these parts of the load factor."""
         return replace(self._asked, way=np.array([0.0, *(part / load_factor if load_factor > 0 else 0.0 for part in way), 1.0]))
 
     @property
@@ -176,13 +179,3 @@ class Ordered(Program):
         """See `Program.motion`."""
         opened = np.array([each.open for each in self._asked.sets])
         return Mechanism(np.sum([part.motion.moves for part in self._parts], axis=0), self._asked.friction * ~opened, open=opened)
-
-    def without_limit(self) -> ShakedownLimit | None:
-        """The answer that all load factors are safe, proven; None where that is not."""
-        growth = self.chain.growth()
-        if growth is None:
-            return None
-        way, ahead = [self.chain.value_along(growth, part) for part in self.way], self.chain.value_along(growth, self.x.load_factor)
-        still = Mechanism(np.zeros((len(self.corners), *self._asked.r1.shape[1:])), self._asked.friction)
-        unsafe, record = np.full(self.x.slip.shape, np.nan), SolveRecord(residual=growth.residual)
-        return ShakedownLimit(np.inf, unsafe, record, self._placed(way, ahead), still, LimitKind.UNBOUNDED, np.inf)

@@ -5,7 +5,8 @@ from contextlib import suppress
 import cvxpy as cp
 import numpy as np
 
-from ..contact import RESIDUAL, Array, Booleans, ContactSystem, LoadCycle, SolveRecord
+from ..base import RESIDUAL, Array, Booleans, SolveRecord
+from ..contact import ContactSystem, LoadCycle
 from ..contact.diagnosis import in_contact
 from ..errors import ModelError, NoContinuation, SolverError
 from .models import called, least_pressure, named, times, unknowns

@@ -10,17 +10,18 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, suppress
 from dataclasses import replace
 from functools import cache
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..contact import Bar, Booleans, bar_of
-from ..contact.checks import flag
+from ..base import Bar, Booleans, bar_of, flag
 from ..errors import FrictoptError, ModelError, SolverError
 from ..transients.statics import Statics
 from .lift_off import LiftOff, Nodes, Order, among, with_order
 from .open_nodes import TOUCHES, open_under_mean
 from .question import Question, with_open
-from .shakedown_result import ShakedownLimit
+
+Limit: TypeAlias = Any  # a ShakedownLimit: its file asks this one for the open nodes
 
 _SHARES = 1.0, 1.5, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02  # of the friction, with which the mean load may open other nodes
 _GOVERNS = 0.02  # part of the largest motion from which on a node governs
@@ -31,7 +32,7 @@ _WORK = 20_000  # programs, times their slips, in which the order of openings is
 _MOVES = 1e-6  # part of the largest motion from which on a node at an end of the way may open or close there
 
 
-def best_pattern(of_set: Callable[[Question, float], ShakedownLimit], closed: ShakedownLimit, at: float, enough: float) -> ShakedownLimit:
+def best_pattern(of_set: Callable[[Question, float], Limit], closed: Limit, at: float, enough: float) -> Limit:
     """The best limit that the search finds; `of_set` asks for the one of a question with given open nodes, which counts above a load factor.
 
     `closed` is the one with all nodes closed, the answer if it is safe from the mean load on and no node that governs it wants to open. Sets that are
@@ -40,10 +41,10 @@ def best_pattern(of_set: Callable[[Question, float], ShakedownLimit], closed: Sh
     """
     task, best, tried, turns = closed._task, closed, {closed.open.tobytes()}, not closed._task.static
 
-    def counts(limit: ShakedownLimit) -> bool:
+    def counts(limit: Limit) -> bool:
         return not (np.isnan(limit.load_factor) or limit.least > at)
 
-    def found(opened: Booleans, above: float = -np.inf) -> ShakedownLimit | None:
+    def found(opened: Booleans, above: float = -np.inf) -> Limit | None:
         """The limit of a set that was not tried before, if it counts and is above a load factor; maybe it is the best one now."""
         nonlocal best
         if opened.tobytes() in tried or len(tried) > _MOST:
@@ -64,7 +65,7 @@ def best_pattern(of_set: Callable[[Question, float], ShakedownLimit], closed: Sh
             return limit
         return None
 
-    def climb(here: ShakedownLimit | None) -> None:
+    def climb(here: Limit | None) -> None:
         """From a set to one next to it with a higher limit, as long as there is one."""
         while turns and here and counts(best) and best.load_factor < enough:
             above = here.load_factor * (1 + _GAINS)
@@ -81,7 +82,7 @@ def best_pattern(of_set: Callable[[Question, float], ShakedownLimit], closed: Sh
     return best
 
 
-def _search(what: str, best: Callable[[], ShakedownLimit]) -> AbstractContextManager[Bar]:
+def _search(what: str, best: Callable[[], Limit]) -> AbstractContextManager[Bar]:
     """The bar of a search, which counts its programs; an interrupt keeps what is best then."""
 
     def told() -> str:
@@ -112,7 +113,7 @@ def _slides_off(task: Question) -> bool:
     return any(statics.slides_off("the mean load", forces.ravel()) is not None for forces in task.r0)
 
 
-def _next_to(best: ShakedownLimit) -> Iterator[Booleans]:
+def _next_to(best: Limit) -> Iterator[Booleans]:
     """Sets next to one: the nodes that govern its limit opened or closed, all at once, one by one, or in space in small groups.
 
     And those of them at its border; and the whole border from outside or inside, as a mechanism may govern on one side only.
@@ -136,7 +137,7 @@ def _next_to(best: ShakedownLimit) -> Iterator[Booleans]:
         yield opened
 
 
-def best_order(best: ShakedownLimit, of_order: Callable[[LiftOff, float], ShakedownLimit], at: float = np.inf) -> ShakedownLimit:
+def best_order(best: Limit, of_order: Callable[[LiftOff, float], Limit], at: float = np.inf) -> Limit:
     """The best limit that pivots reach from one with nodes that stay as they are; that itself where none is better.
 
     `of_order` asks for that of an order, which counts above a load factor; the first not below `at` is enough.
@@ -187,7 +188,7 @@ def _nodes(chosen: Booleans) -> Nodes:
     return frozenset(np.flatnonzero(chosen).tolist())
 
 
-def _pivots(best: ShakedownLimit, order: Order) -> Iterator[Order]:
+def _pivots(best: Limit, order: Order) -> Iterator[Order]:
     """Orders next to one, by nodes that want to open or close at a corner, and by its own events."""
     task, (start, events), sets = best._task, order, order.between
     (u, r), moved = task.states(best.load_factor, best.slip), best._motion.parts(task.system).sum(axis=0)[[0, -1]]

@@ -12,7 +12,8 @@ from scipy.optimize import nnls
 from scipy.sparse import issparse
 from scipy.spatial import ConvexHull
 
-from ..contact import CONDENSATION, RESIDUAL, ROUNDING, ZERO_LOAD_FACTOR, Array, ContactSystem, LoadCycle, lengths, shown
+from ..base import CONDENSATION, RESIDUAL, ROUNDING, ZERO_LOAD_FACTOR, Array, shown
+from ..contact import ContactSystem, LoadCycle, lengths
 from ..errors import ModelError
 from ..solve.chain import Chain
 from ..solve.compiled import Change, by_inverse, unresisted

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..base import CONDENSATION, Array, Booleans, flag, kept
+from ..base.checks import per_node
 from ..contact import (
-    CONDENSATION,
-    Array,
-    Booleans,
     ContactSystem,
     LoadCycle,
     checked_cycle,
@@ -23,7 +22,6 @@ from ..contact import (
     parted,
     reactions,
 )
-from ..contact.checks import flag, per_node
 from ..contact.diagnosis import in_contact
 from ..contact.parts import following
 from ..errors import ModelError
@@ -33,6 +31,7 @@ _OF_TENSION = 0.01  # friction with which a tension counts in a margin, at nodes
 _NO_PRESSURE = 1e-6  # units of nodes are their pressures unless these are below this share of the mean one: an answer has its error
 
 
+@kept
 @dataclass(frozen=True, eq=False)
 class Question:
     """One friction coefficient on one system and load cycle, with the nodes that stay open, see `pose`."""

@@ -11,8 +11,8 @@ import cvxpy as cp
 import numpy as np
 import pandas as pd
 
-from ..contact import RESIDUAL, Bar, Booleans, ContactSystem, LoadCycle, SolveRecord, bar_of, finite_number, frozen, place
-from ..contact.checks import flag, warns_of_odd_values
+from ..base import RESIDUAL, Bar, Booleans, SolveRecord, bar_of, finite_number, flag, frozen, place, warns_of_odd_values
+from ..contact import ContactSystem, LoadCycle
 from ..errors import SolverError
 from .answered import Answered, Mechanism
 from .models import most_pressed, unknowns

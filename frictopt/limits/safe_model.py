@@ -12,7 +12,8 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import Array, ContactSystem, LoadCycle, shown, warns_of_odd_values
+from ..base import Array, shown, warns_of_odd_values
+from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError
 from ..solve.solvers import LP, SOCP, solver_order
 from .answered import Answered

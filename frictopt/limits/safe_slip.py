@@ -11,7 +11,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..contact import ROUNDING, ContactSystem, LoadCycle, SolveRecord, bar_of, finite_number, listed, warns_of_odd_values
+from ..base import ROUNDING, SolveRecord, bar_of, finite_number, listed, warns_of_odd_values
+from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
 from ..solve.solvers import NoOptimum
 from ..transients.statics import unscaled_diagnosis
@@ -23,8 +24,7 @@ from .patterns import check_events
 from .programs import Program
 from .question import Question, with_open
 from .safe_model import SafeModel, in_turn
-from .shakedown import ShakedownModel
-from .shakedown_result import ShakedownLimit
+from .shakedown import ShakedownLimit, ShakedownModel
 
 _MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
 _NO_MARGIN = ROUNDING  # a margin this little below zero is zero: that of the slip at the shakedown limit

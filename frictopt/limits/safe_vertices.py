@@ -8,7 +8,8 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
-from ..contact import Array, ContactSystem, LoadCycle, SolveRecord, finite_array, finite_number, frozen, warns_of_odd_values
+from ..base import Array, SolveRecord, finite_array, finite_number, frozen, warns_of_odd_values
+from ..contact import ContactSystem, LoadCycle
 from ..solve.solvers import NoOptimum
 from . import models
 from .models import unknowns

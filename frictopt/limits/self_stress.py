@@ -10,15 +10,13 @@ How far a fit presses is known to elasticity alone. So the load is found by tran
 """
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import cvxpy as cp
 import numpy as np
 
-from ..contact import CONDENSATION, Array, ContactSystem, LoadCycle, reactions
+from ..base import Array
+from ..contact import ContactSystem, LoadCycle, reactions
 from ..errors import NoContinuation, SolverError
-from ..transients.statics import rigid_motions
-from .gross_slip_result import GrossSlip
 
 _BALANCED = 1e-6  # sum of the forces in the rigid motions, over the sum of their pressures, below which they balance themselves
 _BELOW = 0.99  # share of the load factor of statics at which a transient shows that statics is right
@@ -48,26 +46,6 @@ def self_stress(system: ContactSystem, friction: Array, N: Array) -> Array | Non
     if (np.linalg.norm(q, axis=0) > holds * p.clip(0.0) + _BALANCED).any() or p.min() < -_BALANCED:
         raise SolverError("self-stress: contact forces that balance themselves are outside friction by more than rounding")
     return found
-
-
-def beyond_statics(found: GrossSlip, system: ContactSystem, cycle: LoadCycle, friction: Array) -> GrossSlip:
-    """An answer of statics, corrected by transients if contact forces can balance themselves, and the cyclic loads drive the bodies."""
-    if found.problem is None or np.isnan(found.load_factor) or not friction.any():
-        return found
-    N, loads = rigid_motions(system.S, system.own_stiffness), reactions(system, cycle.corners)
-    driven = np.linalg.norm(loads @ N, axis=1) > CONDENSATION * np.linalg.norm(loads, axis=1)
-    forces = self_stress(system, friction, N) if driven.any() else None
-    if forces is None:
-        return found
-    slides_off, why = _sliding_off(system, cycle, friction, found.load_factor)
-    unknown = f"contact forces balance themselves here, so statics cannot know how far the fit presses: {found.reason}"
-    if not why:
-        return replace(found, self_stress=forces, reason=f"{unknown}; transients from no slip go on up to there")
-    if slides_off == 0:
-        reason = f"from no slip the transient finds no way on at any load factor ({why}); {unknown}"
-        return replace(found, self_stress=forces, load_factor=np.nan, reason=reason)
-    reason = f"from no slip the transient finds no way on above {slides_off:.4g} ({why}); {unknown}"
-    return replace(found, self_stress=forces, load_factor=slides_off, reason=reason)
 
 
 def _sliding_off(system: ContactSystem, cycle: LoadCycle, friction: Array, most: float) -> tuple[float, str]:

@@ -13,10 +13,11 @@ import numpy as np
 from matplotlib import rc_params_from_file
 from matplotlib.axes import Axes
 from matplotlib.text import Text
+from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
 
-from ..contact import Array, shown
+from ..base import Array, shown
 from ..errors import ModelError
 
 AxesArray: TypeAlias = NDArray[np.object_]  # of matplotlib axes
@@ -173,3 +174,21 @@ def in_units(text: str, units: str | None) -> str:
         return f"({' '.join(filter(None, (words.get(word, word) for word in match[1].split())))})"
 
     return _MEANING.sub(named, text)
+
+
+_ZOOM = 1.1  # of bodies in space: matplotlib leaves more room around them than the names of the axes need
+BESIDE = {"shrink": 0.6, "pad": 0.12}  # of a colour bar in space, beside the labels of the axis z
+
+
+def finish_axes(axes: AnyAxes, ends: Array, room: float) -> None:
+    """Names and limits of the axes, in space with room around what is drawn."""
+    axes.set(xlabel="$x$ (length)", ylabel="$y$ (length)")
+    if ends.shape[1] == 2:
+        axes.set_aspect("equal")
+        return
+    low, high = ends[0] - room, ends[1] + room
+    axes.set_box_aspect(high - low, zoom=_ZOOM)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]), zlabel="$z$ (length)")
+    axes.grid(False)
+    for axis, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), (high - low) / (high - low).max(), strict=True):
+        axis.set_major_locator(MaxNLocator(max(1, round(5 * share))))  # as many numbers as the axis has room for

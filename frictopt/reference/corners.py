@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import Array, check_entries, choice, finite_array, finite_number
+from ..base import Array, check_entries, choice, finite_array, finite_number
 from ..errors import ModelError
 
 _HALF_ANGLE = 3 * pi / 4

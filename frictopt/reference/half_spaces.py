@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..contact import Array, finite_number, whole_number
+from ..base import Array, finite_number, whole_number
 from ..errors import ModelError
 from .hertz import poisson_ratio
 

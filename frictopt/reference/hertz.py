@@ -8,7 +8,7 @@ from math import pi, sqrt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import Array, finite_array, finite_number
+from ..base import Array, finite_array, finite_number
 from ..errors import ModelError
 
 

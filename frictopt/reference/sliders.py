@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import CONDENSATION, Array, ContactSystem, check_entries, checked_plane, finite_number, frozen, whole_number
+from ..base import CONDENSATION, Array, check_entries, finite_number, frozen, whole_number
+from ..contact import ContactSystem, checked_plane
 from .uncoupled import each_node
 
 _PULL = CONDENSATION  # a stiffness between two nodes up to this share of the largest entry of A and B counts as none: the data have this error

@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ROUNDING, Array, check_entries, finite_array, finite_number, for_each
+from ..base import ROUNDING, Array, check_entries, finite_array, finite_number, for_each
 from ..errors import ModelError
 
 

@@ -7,7 +7,8 @@ from typing import Literal
 import numpy as np
 from skfem import MeshHex, MeshQuad
 
-from ..contact import Array, ContactSystem, choice, finite_number, frozen, shown
+from ..base import Array, choice, finite_number, frozen, shown
+from ..contact import ContactSystem
 from ..errors import ModelError
 from ..fem.bodies import Body
 from ..fem.contacts import Contact

@@ -6,7 +6,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..contact import Array, ContactSystem, Plotted, finite_number, shown, whole_number
+from ..base import Array, Plotted, finite_number, shown, whole_number
+from ..contact import ContactSystem
 from ..errors import ModelError
 from ..fem.elasticity import Material
 from ..fem.model import ContactModel

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from skfem import MeshQuad
 
-from ..contact import SAME_POINT, Array, Integers
+from ..base import SAME_POINT, Array, Integers
 from ..errors import ModelError
 from ..fem.bodies import Body
 from ..fem.contacts import Contact, Interference

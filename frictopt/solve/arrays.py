@@ -8,7 +8,7 @@ from scipy.linalg import lstsq
 from scipy.linalg.lapack import dsycon, dsytrf, dsytrf_lwork, dsytrs
 from scipy.sparse import csr_array, eye_array, hstack, vstack
 
-from ..contact import ROUNDING, STALLED, Array, Integers
+from ..base import ROUNDING, STALLED, Array, Integers
 
 _NOT_UNIQUE = ROUNDING / 10  # singular directions of these equations, over the largest: there the solution stays as it is
 _POLISHED = 1e-3 * ROUNDING  # errors of the equations of active cones that no step makes smaller

@@ -9,7 +9,7 @@ import cvxpy as cp
 import numpy as np
 from scipy.sparse import coo_array, csr_array, hstack, vstack
 
-from ..contact import CONDENSATION, RESIDUAL, ROUNDING, Array, Attempt, SolveRecord
+from ..base import CONDENSATION, RESIDUAL, ROUNDING, Array, Attempt, SolveRecord
 from .arrays import Arrays, polish
 from .compiled import Change, Compiled, Proof, proof
 from .flipped import Flipped, Plain, flipped

@@ -12,7 +12,7 @@ from scipy.linalg import cholesky, lu_factor, lu_solve, qr, svd
 from scipy.linalg.lapack import dpotri
 from scipy.sparse import csr_array, hstack
 
-from ..contact import CONDENSATION, FLOOR, RIGID, ROUNDING, Array, Integers
+from ..base import CONDENSATION, FLOOR, RIGID, ROUNDING, Array, Integers
 
 _FIRST, _ITERATIONS = 8, 4  # of an inverse iteration: vectors at first, twice as many where all are soft, and steps
 _EXACT = ROUNDING / 100  # rounding of a sum, over the size of its terms

@@ -13,7 +13,7 @@ from typing import ClassVar
 import numpy as np
 from scipy.sparse import csr_array, dia_array, vstack
 
-from ..contact import Array, Booleans, Integers
+from ..base import Array, Booleans, Integers
 from .arrays import Arrays
 from .solvers import INFEASIBLE, UNBOUNDED
 

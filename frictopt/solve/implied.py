@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..contact import ROUNDING, Array, Booleans, Integers
+from ..base import ROUNDING, Array, Booleans, Integers
 from .compiled import Compiled
 
 _DIGITS = 12  # in which rows are compared that differ in their scale

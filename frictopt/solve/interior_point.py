@@ -18,7 +18,7 @@ from scipy.linalg import qr
 from scipy.linalg.lapack import dpotrf, dpotrs
 from scipy.sparse import csr_array, dia_array, hstack
 
-from ..contact import FLOOR, Array, Integers
+from ..base import FLOOR, Array, Integers
 from .arrays import Arrays
 
 _STEPS = 100

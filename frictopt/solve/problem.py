@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from cvxpy.reductions.solution import Solution
 
-from ..contact import RESIDUAL, Array, Recorded
+from ..base import RESIDUAL, Array, Recorded
 
 _BINDING = 100 * RESIDUAL  # slack, over the largest of its row, up to which it is printed as binding: solvers leave more than the residual
 
@@ -26,6 +26,8 @@ class Problem(cp.Problem):  # type: ignore[misc]  # cvxpy does not say its type
     cvxpy numbers the unknowns, and keeps parts that it has compiled by these numbers. In a plain copy the numbers are others, which ends Python. Nor
     can what solvers leave in a problem be pickled. So both stay behind.
     """
+
+    stays_in_memory = True  # files of results leave it out
 
     def __str__(self) -> str:
         lines = dict[tuple[str, int], list[str]]()  # by what they are of a number k

@@ -13,7 +13,7 @@ import cvxpy as cp
 import numpy as np
 from scipy.sparse import csr_array, vstack
 
-from ..contact import NO_COUPLING, ROUNDING, Array, Booleans, Integers
+from ..base import NO_COUPLING, ROUNDING, Array, Booleans, Integers
 from .arrays import Arrays
 from .compiled import Change, Compiled
 from .implied import implied

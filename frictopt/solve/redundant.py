@@ -4,7 +4,7 @@ import numpy as np
 from scipy.linalg import qr
 from scipy.sparse import csr_array
 
-from ..contact import ROUNDING, Array, Booleans, Integers
+from ..base import ROUNDING, Array, Booleans, Integers
 from .arrays import Arrays
 
 

@@ -11,7 +11,7 @@ import highspy
 import numpy as np
 from scipy.sparse import csc_array
 
-from ..contact import Array, Attempt, shown
+from ..base import Array, Attempt, shown
 from ..errors import ModelError, SolverError
 from .arrays import Arrays
 from .interior_point import interior_point

@@ -9,11 +9,10 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..base import NO_DRIVE, RESIDUAL, Array, Booleans, finite_array, finite_number
 from ..contact import ContactState, ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, joined, off_law, parted, reactions
-from ..contact.checks import Array, Booleans, finite_array, finite_number
 from ..contact.coulomb import checked_state
 from ..contact.diagnosis import pressing
-from ..contact.tolerances import NO_DRIVE, RESIDUAL
 from ..errors import ModelError
 from .statics import mean_load_diagnosis
 

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..contact import LEVEL, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAME_STATE, Array, Outcome, most_shear
+from ..base import LEVEL, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAME_STATE, Array, Outcome
+from ..contact import most_shear
 from .begin import Cycle, Transient
 
 LEAST = 4

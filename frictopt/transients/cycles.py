@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..contact import PERIODIC, REPEATED, RESIDUAL, Array, Outcome, parted
+from ..base import PERIODIC, REPEATED, RESIDUAL, Array, Outcome
+from ..contact import parted
 from ..errors import NoContinuation, SolverError
 from .begin import Cycle, Transient
 from .classify import LEAST, Settled, bend, classify, distance_left, extrapolate, fixed_point, without_work, work_error, work_to_come

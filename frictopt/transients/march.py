@@ -9,8 +9,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contact import RESIDUAL, ROUNDING, ContactState, ContactSystem, LoadCycle, bar_of, checked_system, checked_uncapped, parted
-from ..contact.checks import Array, Booleans, choice, flag, frozen, warns_of_odd_values, whole_number
+from ..base import RESIDUAL, ROUNDING, Array, Booleans, bar_of, choice, flag, frozen, warns_of_odd_values, whole_number
+from ..contact import ContactState, ContactSystem, LoadCycle, checked_system, checked_uncapped, parted
 from ..errors import ModelError, NoContinuation, SolverError
 from .begin import OPEN
 from .exact import ExactPath

@@ -9,12 +9,21 @@ from html import escape
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactState, ContactSystem, LoadCycle, bar_of, checked_cycle, checked_system, friction_coefficients, lengths, reactions
-from ..contact.checks import Array, flag, warns_of_odd_values
-from ..contact.coulomb import most_shear, reach
-from ..contact.parts import joined, parted
-from ..contact.result import Kept, Plotted, Table, frame
-from ..contact.tolerances import CONDENSATION, RESIDUAL, ROUNDING, SIMULTANEOUS
+from ..base import CONDENSATION, RESIDUAL, ROUNDING, SIMULTANEOUS, Array, Kept, Plotted, Table, bar_of, flag, frame, warns_of_odd_values
+from ..contact import (
+    ContactState,
+    ContactSystem,
+    LoadCycle,
+    checked_cycle,
+    checked_system,
+    friction_coefficients,
+    joined,
+    lengths,
+    most_shear,
+    parted,
+    reactions,
+)
+from ..contact.coulomb import reach
 from ..errors import FrictoptError, NoContinuation
 from .statics import unscaled_diagnosis
 

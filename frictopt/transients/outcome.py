@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import ContactState, ContactSystem, LoadCycle, Outcome, Plotted, Recorded, SolveRecord, Table, components, frame
-from ..contact.checks import Array, Booleans, finite_number, frozen, whole_number
-from ..contact.result import named_places
+from ..base import Array, Booleans, Outcome, Plotted, Recorded, SolveRecord, Table, components, finite_number, frame, frozen, whole_number
+from ..base.results import named_places
+from ..contact import ContactState, ContactSystem, LoadCycle
 from ..errors import ModelError
-from .by_contact import contact_table, tensions
-from .fretting import fretting_table, with_worst_planes
+from .fretting import contact_table, fretting_table, tensions, with_worst_planes
 from .march import amplitudes_at, march
 from .steady_cycle import check_return
 from .trajectory import LoadLoop, Trajectory

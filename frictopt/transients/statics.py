@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import Array, Booleans, ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, joined, lengths, most_shear
+from ..base import CONDENSATION, COUNTS, RIGID, ROUNDING, Array, Booleans
+from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, joined, lengths, most_shear
 from ..contact.diagnosis import counted, in_contact, open_nodes, settled
-from ..contact.tolerances import CONDENSATION, COUNTS, RIGID, ROUNDING
 from ..errors import NoContinuation, SolverError
 
 _WITHIN, _PROJECTIONS = 0.99, 50  # of the friction, so that a projection comes to lie within it; at most

@@ -9,8 +9,8 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..contact import REPEATED, RESIDUAL, ROUNDING, ContactState, ContactSystem, LoadCycle, Outcome, SolveRecord, bar_of, off_law, parted
-from ..contact.checks import Array, finite_number, flag, warns_of_odd_values, whole_number
+from ..base import REPEATED, RESIDUAL, ROUNDING, Array, Outcome, SolveRecord, bar_of, finite_number, flag, warns_of_odd_values, whole_number
+from ..contact import ContactState, ContactSystem, LoadCycle, off_law, parted
 from ..errors import NoContinuation, SolverError
 from .classify import Settled, distance_left, returns_after
 from .cycles import Run

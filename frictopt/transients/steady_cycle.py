@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ..contact import RESIDUAL, SAME_STATE, Array, Outcome, reactions
-from ..contact.tolerances import COUNTS
+from ..base import COUNTS, RESIDUAL, SAME_STATE, Array, Outcome
+from ..contact import reactions
 from ..errors import SolverError
 from .begin import Scales, scales
 from .trajectory import Trajectory

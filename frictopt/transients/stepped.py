@@ -7,7 +7,8 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact import Array, Booleans, ContactSystem, most_shear, whole_number
+from ..base import Array, Booleans, whole_number
+from ..contact import ContactSystem, most_shear
 from ..errors import ModelError, NoContinuation, SolverError
 from .begin import OPEN, STICK, Cycle, Transient
 from .statics import Statics, check_sliding, rigid_motions

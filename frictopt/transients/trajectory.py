@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact import ContactState, ContactSystem, Kept, LoadCycle, Plotted, SolveRecord, Table, Verdict, components, frame, joined, places, referee
-from ..contact.checks import Array, Integers, choice, frozen, whole_number
-from ..contact.result import named_places
-from ..contact.tolerances import SIMULTANEOUS
+from ..base import SIMULTANEOUS, Array, Integers, Kept, Plotted, SolveRecord, Table, choice, components, frame, frozen, places, whole_number
+from ..base.results import named_places
+from ..contact import ContactState, ContactSystem, LoadCycle, Verdict, joined, referee
 from ..errors import ModelError
 
 if TYPE_CHECKING:
@@ -265,7 +263,8 @@ class Trajectory(Kept, Plotted):
 
     def plot_status(self, ax: Any = None) -> Any:
         """Draw what each node does, stick, slip or open, over place and time; see `plot` for the argument and what may be raised."""
-        return import_module("frictopt.plots").draw(self, ax, "status")
+        pictures = self._pictures()
+        return pictures.draw(self, ax, pictures.node_status)
 
     def to_xarray(self) -> xr.Dataset:
         """The states as a Dataset of xarray, which must be installed: slip, gap, q, p, status (in words) and work over state, node and tangent.

@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ...contact import CONDENSATION, ROUNDING, Array, Booleans, frozen
+from ...base import CONDENSATION, ROUNDING, Array, Booleans, frozen
 from ...errors import NoContinuation
 from .kernel import OPEN, STICK
 from .path import ExactPath

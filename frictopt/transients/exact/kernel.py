@@ -2,7 +2,7 @@
 
 On a segment the bonded reactions change linearly. If the status of every node is known (stick, slip, open), the rates of slip, gap and reactions
 solve one small linear system, and the state changes linearly. This ends at an event: a node reaches its friction bound, loses its pressure or
-closes. Then new statuses are found. `tests/plain_path.py` is the same on one page of numpy: read that first. The file has four parts:
+closes. Then new statuses are found. `tests/helpers/plain_path.py` is the same on one page of numpy: read that first. The file has four parts:
 
 1. the active set: the inverse of the stiffness of the slipping and open nodes, updated when a node joins or leaves;
 2. statuses that agree with their rates, found by iteration on the signs of the rates;
@@ -29,7 +29,7 @@ STICK, OPEN = 0, 2
 DONE, UNSETTLED, STALLED, FULL = 0, 1, 2, 3
 """Results of `follow`: end of the segment; no statuses found that agree with their rates, or others may, too; too many events; the record is full."""
 
-_ROUNDING, _CONDENSATION, _NO_DRIVE = 1e-12, 1e-10, 1e-15  # copies of `frictopt.contact.tolerances`; a test compares them
+_ROUNDING, _CONDENSATION, _NO_DRIVE = 1e-12, 1e-10, 1e-15  # copies of `frictopt.base.tolerances`; a test compares them
 AT_BOUND = 10 * _ROUNDING
 """Slack of a node, over its friction bound and a thousandth of the force scale, below which the node is at its bound."""
 

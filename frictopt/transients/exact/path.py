@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ...contact import RESIDUAL, Array, Booleans, LoadCycle, checked_plane, checked_uncapped, off_law
+from ...base import RESIDUAL, Array, Booleans
+from ...contact import LoadCycle, checked_plane, checked_uncapped, off_law
 from ...contact.diagnosis import in_contact
 from ...contact.history import turning_points
 from ...errors import NoContinuation

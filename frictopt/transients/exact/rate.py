@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg.blas import dger
 
-from ...contact import CONDENSATION, RESIDUAL, ROUNDING, Array
+from ...base import CONDENSATION, RESIDUAL, ROUNDING, Array
 from .kernel import AT_BOUND, OPEN, STICK, State
 
 _PIVOT = 10 * ROUNDING  # pivots of Lemke's tableau up to this count as zero: a pivot adds its rounding to that of the entries

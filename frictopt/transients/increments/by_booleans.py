@@ -6,15 +6,15 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...contact import RESIDUAL, Array, ContactSystem, SolveRecord, checked_plane, checked_uncapped, finite_number, warns_of_odd_values
+from ...base import RESIDUAL, Array, SolveRecord, finite_number, warns_of_odd_values
+from ...contact import ContactSystem, checked_plane, checked_uncapped
 from ...errors import SolverError
 from ...solve.solvers import MILP, NoOptimum
 from ..begin import OPEN
 from .by_newton import NewtonIncrement
 from .increment import Increment, Posed
-from .listings import exact
 from .newton import newton
-from .programs import ByProgram
+from .programs import ByProgram, exact
 
 _BOOLEANS = {"forward": 1, "backward": -1, "opened": OPEN}
 _TOUCHES = 0.999  # share of the largest motion or pressure from which on a state touches it

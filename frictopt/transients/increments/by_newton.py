@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.linalg.lapack import dpocon
 
-from ...contact import RESIDUAL, ROUNDING, STALLED, Array, Booleans, ContactSystem, SolveRecord, joined, parted, warns_of_odd_values
+from ...base import RESIDUAL, ROUNDING, STALLED, Array, Booleans, SolveRecord, warns_of_odd_values
+from ...contact import ContactSystem, joined, parted
 from ...errors import SolverError
 from ..begin import OPEN
 from .increment import FrictionIncrement, Increment, Posed, force_scale, sizes_of

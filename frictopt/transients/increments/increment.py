@@ -13,10 +13,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from ...contact import ContactSystem, SolveRecord, checked_system, components, frame, friction_coefficients, joined, off_law, parted
-from ...contact.checks import Array, finite_array
+from ...base import RESIDUAL, Array, SolveRecord, components, finite_array, frame
+from ...contact import ContactSystem, checked_system, friction_coefficients, joined, off_law, parted
 from ...contact.parts import checked_pair
-from ...contact.tolerances import RESIDUAL
 from ...errors import SolverError
 from ...solve.problem import Explained
 from ..begin import HOLD, OPEN

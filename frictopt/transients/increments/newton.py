@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.linalg import lstsq
 from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
 
-from ...contact import ROUNDING, STALLED, Array
+from ...base import ROUNDING, STALLED, Array
 from ..begin import OPEN, SLIP, STICK
 from .sweeps import reactions
 

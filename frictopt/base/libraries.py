@@ -1,0 +1,37 @@
+"""Libraries that read files of other codes, and what they cannot read."""
+
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from ..errors import ModelError
+from .checks import shown
+
+
+def library(module: str = "meshio", name: str = "meshio", extra: str = "mesh") -> Any:
+    """A module of a library, which is installed by its name or by an extra of ours."""
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise ModelError(f"{name}: not installed; python -m pip install 'frictopt[{extra}]'") from error
+
+
+def by_library(name: str, read: Callable[[str], Any], file: Path, what: str, remedy: str = "give the file as the code wrote it") -> Any:
+    """What a library reads from a file."""
+    if not file.is_file():
+        raise ModelError(f"{what}: there is no file {str(file)!r}; give its path")
+    try:
+        return read(str(file))
+    except ImportError as error:  # a format may need one more library
+        raise ModelError(f"{what}: {name} needs {error.name} for {str(file)!r}; python -m pip install {error.name}") from error
+    except (Exception, SystemExit) as error:  # libraries let through whatever a damaged file makes; meshio leaves the process
+        problem = str(error).strip() or type(error).__name__
+        raise ModelError(f"{what}: {name} cannot read {str(file)!r} ({problem}); {remedy}") from error
+
+
+def file_path(argument: str, path: str | Path) -> Path:
+    """The path as such."""
+    if not isinstance(path, str | Path) or not str(path):
+        raise ModelError(f"{argument}: {shown(path)}; give the path of a file")
+    return Path(path)

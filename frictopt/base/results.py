@@ -1,0 +1,287 @@
+"""Results: what kinds there are, how they travel (pickled, copied and saved, with read-only arrays) and are displayed, and how they were found."""
+
+from __future__ import annotations
+
+import copy
+import html
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from enum import Enum
+from importlib import import_module
+from pathlib import Path
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+
+import numpy as np
+
+from .checks import Array
+from .kinds import kept
+
+WIDE = 79  # characters of a line of a terminal
+
+
+class Portable:
+    """Base of dataclasses with read-only arrays that can be pickled and copied, their copies too; each copy has a cvxpy `problem` of its own."""
+
+    def __post_init__(self) -> None:
+        for value in vars(self).values():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+
+    def __getstate__(self) -> dict[str, object]:
+        state = {one.name: getattr(self, one.name) for one in fields(self)}  # type: ignore[arg-type]
+        return state | ({"problem": copy.deepcopy(state["problem"])} if "problem" in state else {})
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        self.__dict__.update(state)
+        _seal(list(state.values()))
+
+
+def _seal(value: object) -> None:
+    """Make all arrays in a value read-only; other results in it have sealed theirs."""
+    if isinstance(value, np.ndarray):
+        value.flags.writeable = False
+    elif isinstance(value, tuple | list):
+        for part in value:
+            _seal(part)
+    elif isinstance(value, Mapping):
+        _seal(list(value.values()))
+
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Table: TypeAlias = "pd.DataFrame"
+
+
+class Shown(Portable):
+    """Base of what is shown: in one line (`repr`), in short lines (`print`) and as a table in notebooks, all made of `_answer`."""
+
+    _said: ClassVar[tuple[str, ...]] = ()
+    """Names of the attributes that `_answer` says, where it says no others."""
+
+    def _answer(self) -> Mapping[str, object]:
+        """The most important numbers of the result, name -> value."""
+        return {name: getattr(self, name) for name in self._said}
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(f'{name}={_text(value)}' for name, value in self._answer().items())})"
+
+    def __str__(self) -> str:
+        answer = dict(self._answer())
+        first, wide = next(iter(answer), ""), max(map(len, answer), default=0)
+        names = sorted(answer, key=lambda name: (name != first, name != "reason"))  # the reason second
+        return "\n".join([type(self).__name__, *(line for name in names for line in _lines(name, answer[name], wide))])
+
+    def _repr_html_(self) -> str:
+        rows = "".join(f"<tr><th>{html.escape(name)}</th><td>{_html(value)}</td></tr>" for name, value in self._answer().items())
+        return f"<table><caption>{type(self).__name__}</caption>{rows}</table>"
+
+
+class Kept(Shown):
+    """Base of results that can be saved."""
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        kept(cls)
+
+    def save(self, path: str | Path) -> None:
+        """Write the result to a file, `limit.npz`, under exactly this name; `frictopt.results.load` gives it back.
+
+        The file is an npz archive of plain arrays and one text, no pickle: reading it runs no code of its own. All numbers, words and tables are
+        kept, also of the results and the contact in it. The cvxpy `problem` is not; it is None afterwards.
+
+        Raises
+        ------
+        ModelError
+            The file cannot be written, or has the ending of something else, such as `.csv`; or the result holds what no file can keep.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> import frictopt as fo
+        >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+        >>> limit = fo.shakedown_limit(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), friction=0.5)
+        >>> file = tempfile.mkdtemp() + "/limit.npz"
+        >>> limit.save(file)
+        >>> fo.results.load(file).load_factor == limit.load_factor
+        True
+        """
+        from .archive import save  # imported here, for pandas is slow to import
+
+        save(self, path)
+
+
+@kept
+class LimitKind(Enum):
+    """What kind of answer a limit is.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> print(fo.LimitKind.UNBOUNDED.value)
+    there is no largest safe load factor: check that the corners of the cycle load the contact as they should
+    """
+
+    FINITE = "the limit is finite: stay below it, and not below the least safe load factor where that is above 0"
+    UNBOUNDED = "there is no largest safe load factor: check that the corners of the cycle load the contact as they should"
+    NO_SAFE_SLIP = "no load factor has a safe residual slip: change the mean load, the friction or the slip bound, see the reason"
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
+@kept
+class Outcome(Enum):
+    """The long-run behaviour of a contact.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> print(fo.Outcome.SHAKEDOWN.value)
+    the contact stops slipping: its residual slip keeps every later cycle without dissipation
+    """
+
+    SHAKEDOWN = "the contact stops slipping: its residual slip keeps every later cycle without dissipation"
+    CYCLIC_SLIP = "the contact slips back and forth for ever, the same in every cycle"
+    RATCHETING = "the contact slips for ever and its slip drifts by the same amount in every cycle"
+
+
+@kept
+@dataclass(frozen=True)
+class Attempt:
+    """One run of one solver: its name, what it reports, and the residual of its answer, inf without one.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> fo.results.Attempt("HIGHS", "optimal", 1e-12).outcome
+    'optimal'
+    """
+
+    solver: str
+    outcome: str
+    residual: float
+
+
+@kept
+@dataclass(frozen=True)
+class SolveRecord:
+    """How a result was found.
+
+    Attributes
+    ----------
+    solver, attempts
+        Name of the solver or method whose answer this is; all solver runs, in order.
+    residual
+        Largest violation of what the result claims, recomputed from the result; each result says what it covers.
+    left_out
+        Sentences that say what the computation left out, because it cannot change the answer. Empty with `simplify=False`.
+    seconds
+        Wall time of the computation.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> record = fo.shakedown_limit(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), friction=0.5).record
+    >>> record.solver, record.left_out, record.residual < 1e-9
+    ('HIGHS', ('rows: 16 that others stand for',), True)
+    """
+
+    solver: str = ""
+    attempts: tuple[Attempt, ...] = field(repr=False, default=())
+    residual: float = np.inf
+    left_out: tuple[str, ...] = ()
+    seconds: float = 0.0
+
+
+class Recorded(Kept):
+    """Base of results with a `record`."""
+
+    record: SolveRecord
+
+    @property
+    def residual(self) -> float:
+        """The residual of the record."""
+        return self.record.residual
+
+
+class Plotted:
+    """Base of what has a picture."""
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw a picture with matplotlib (extra `figures`), in `ax`, as many axes as it has panels, or None for a new figure; returns the axes.
+
+        ImportError without matplotlib; ModelError for another number of axes, or a contact in space that one map cannot show.
+        """
+        return self._pictures().draw(self, ax)
+
+    def _pictures(self, file: str = "pictures") -> Any:
+        """The pictures of the room of this class; of a class of the user's own those of the class that it is derived from."""
+        package = __name__.split(".")[0]
+        modules = [base.__module__ for base in type(self).__mro__]
+        return pictures_of(next(module for module in modules if module.split(".")[0] == package), file)
+
+
+def pictures_of(module: str, file: str = "pictures") -> Any:
+    """The file of pictures of the room in which a module stands.
+
+    It is imported here, because matplotlib is slow to import and need not be installed.
+
+    Raises
+    ------
+    ImportError
+        matplotlib is not installed.
+    """
+    try:
+        import_module("matplotlib")
+    except ImportError as error:
+        raise ImportError("plots need matplotlib: python -m pip install 'frictopt[figures]'") from error
+    package, room = module.split(".")[:2]
+    return import_module(f"{package}.{room}.{file}")
+
+
+def frame(columns: Mapping[str, object], units: str | None = None) -> Table:
+    """A pandas DataFrame with these columns; `units` go to its `attrs`."""
+    import pandas as pd  # imported here, because only tables need it
+
+    table = pd.DataFrame(columns)
+    if units is not None:
+        table.attrs["units"] = units
+    return table
+
+
+def components(name: str, values: Array) -> dict[str, Array]:
+    """Columns of a table from values with one tangent, (N,), under their name, or with two, (N, 2), under the name and a number."""
+    return {name: values} if values.ndim == 1 else {f"{name}{axis + 1}": values[:, axis] for axis in range(values.shape[1])}
+
+
+def places(system: Any) -> dict[str, Array]:
+    """Columns of a table with the places of the nodes: x along the interface in the plane; x, y, z in space."""
+    return {"x": system.x} if system.tangents == 1 else dict(zip("xyz", system.points.T, strict=True))
+
+
+def named_places(system: Any) -> dict[str, Array]:
+    """The same after the contact of each node, where the system names its contacts."""
+    return places(system) if system.contact is None else {"contact": system.contact, **places(system)}
+
+
+def _html(value: object) -> str:
+    """A value as HTML: a line for each entry of a mapping."""
+    lines = [f"{name}: {_text(part)}" for name, part in value.items()] if isinstance(value, Mapping) else [_text(value)]
+    return "<br>".join(html.escape(line) for line in lines)
+
+
+def _lines(name: str, value: object, wide: int) -> list[str]:
+    """A name with its value in lines of a terminal, one or more for each entry of a mapping; names have a column of their own."""
+    texts = [f"{key}: {_text(part)}" for key, part in value.items()] if isinstance(value, Mapping) else [_text(value)]
+    head = " " * (wide + 4)
+    lines = [line for text in texts for line in wrap(text, WIDE - len(head), break_long_words=False) or [""]]
+    return [f"  {name:<{wide}}  {lines[0]}".rstrip(), *(head + line for line in lines[1:])] if lines else [f"  {name}"]
+
+
+def _text(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return value.name if isinstance(value, Enum) else repr(value) if isinstance(value, Shown) else str(value)

@@ -1,1 +1,0 @@
-"""Stiffness matrices, decks and meshes of other codes."""

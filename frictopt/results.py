@@ -1,0 +1,76 @@
+"""The classes of all results, for `isinstance` and for type hints; and `load`, which reads a saved result."""
+
+from pathlib import Path
+from typing import Any
+
+from .base import Attempt, SolveRecord, archive
+from .contact import Verdict
+from .joints.backbone import BackboneCurve
+from .joints.report import Report
+from .joints.wear import WearHistory
+from .joints.worn_in import WornIn
+from .limits import Design, GrossSlip, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, ShakedownLimit
+from .study.dissipation_range import DissipationRange
+from .study.excursion import LeastExcursion
+from .study.protocols import LimitAfterProtocol
+from .study.store import DamagedRows, merge_stores, read_store
+from .study.verify import GuaranteeCheck
+from .transients import LoadLoop, Onset, OnsetEvent, SteadyState, Trajectory
+
+__all__ = [
+    "Attempt",
+    "BackboneCurve",
+    "DamagedRows",
+    "Design",
+    "DissipationRange",
+    "GrossSlip",
+    "GuaranteeCheck",
+    "GuaranteedLimit",
+    "LeastExcursion",
+    "LeastSlip",
+    "LimitAfterProtocol",
+    "LoadLoop",
+    "Onset",
+    "OnsetEvent",
+    "Report",
+    "RequiredFriction",
+    "SafeRegion",
+    "SafeSlip",
+    "ShakedownLimit",
+    "SolveRecord",
+    "SteadyState",
+    "Trajectory",
+    "Verdict",
+    "WearHistory",
+    "WornIn",
+    "load",
+    "merge_stores",
+    "read_store",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
+
+def load(path: str | Path) -> Any:
+    """The result in a file that its `save` wrote: of the same class, equal in all numbers, words and tables; without its cvxpy `problem`.
+
+    Raises
+    ------
+    ModelError
+        The file is missing or damaged, or holds something else.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> file = tempfile.mkdtemp() + "/steady.npz"
+    >>> fo.steady_state(rod, cycle, friction=0.5, load_factor=1.0).save(file)
+    >>> steady = fo.results.load(file)
+    >>> steady.outcome.name, round(steady.dissipation, 9), steady.system.nodes
+    ('CYCLIC_SLIP', 1.0, 4)
+    """
+    return archive.load(path)

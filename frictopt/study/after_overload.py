@@ -1,0 +1,58 @@
+"""The guaranteed limit for slips no larger than one overload leaves."""
+
+from typing import Any
+
+import numpy as np
+
+from ..base import finite_number, warns_of_odd_values
+from ..errors import ModelError
+from ..limits import GuaranteedLimit, GuaranteedModel
+from ..limits.guaranteed import checked_guaranteed
+from ..transients import march
+
+
+@warns_of_odd_values
+def after_overload(limit: GuaranteedLimit, load_factor: float | None = None) -> GuaranteedLimit:
+    """The guaranteed limit for slips no larger than the largest one that one overload leaves, which is its slip bound.
+
+    The overload is one cycle of a contact that has not slipped before. Ask it where a witness needs more slip than assembly and overloads leave.
+
+    Parameters
+    ----------
+    limit
+        A guaranteed limit, of `guaranteed_limit` or `GuaranteedModel`, without constraints of your own.
+    load_factor
+        Load factor of the overload; by default lambda_2, above which the contact slips for ever.
+
+    Raises
+    ------
+    ModelError, NoContinuation, SolverError
+        Bad input; constraints of your own, or lambda_2 not finite and no load factor given; no path of the overload; no answer that passes.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> A, B, loads = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]], {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
+    >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], loads)
+    >>> limit = fo.guaranteed_limit(pair, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), friction=0.6)
+    >>> limit.load_factor <= fo.after_overload(limit).load_factor <= limit.shakedown.load_factor
+    True
+    """
+    limit = checked_guaranteed(limit)
+    if limit.constraints:
+        names = ", ".join(limit.constraints)
+        raise ModelError(f"after_overload: the limit is under {names}; ask a limit without constraints of your own")
+    overload = limit.shakedown.load_factor if load_factor is None else load_factor
+    overload = finite_number("load_factor", overload, least=0.0)
+    question = limit._task
+    slip_bound: Any = left_by_overload(limit, overload)
+    if question.most is not None:
+        slip_bound = np.minimum(slip_bound, question.most)
+    model = GuaranteedModel(limit.system, limit.cycle, slip_bound=slip_bound, simplify=question.simplify)
+    return model.solve(limit.friction)
+
+
+def left_by_overload(limit: GuaranteedLimit, load_factor: float) -> float:
+    """The largest slip that one cycle at a load factor leaves in a contact that has not slipped before, length."""
+    path = march(limit.system, limit.cycle, limit.friction, load_factor, cycles=1)
+    return float(np.linalg.norm(path.slip[-1].reshape(limit.system.nodes, -1), axis=1).max())

@@ -1,0 +1,67 @@
+"""The picture of the runs of a study."""
+
+from typing import TYPE_CHECKING
+
+from ..base import Table, choice
+from ..base.results import pictures_of
+from ..errors import ModelError
+
+if TYPE_CHECKING:  # matplotlib need not be installed
+    from matplotlib.axes import Axes
+
+    from ..plots.style import AxesArray
+
+_NEEDED = ("friction", "friction_std", "friction_number", "cycle", "load_factor", "load_ratio", "family", "outcome", "dissipation", "engine")
+
+
+def plot_study(
+    table: "Table", ax: "Axes | AxesArray | None" = None, *, x: str | None = None, colour: str | None = None, rows: str | None = None
+) -> "Axes | AxesArray":
+    """Draw the steady dissipation of each run of a study against its load: a mark for each start, by family.
+
+    Columns of the table, of your own too, split it: `plot_study(table, x="cycle", colour="friction", rows="load_factor")`. Runs that shake down have
+    no dissipation and stand in a strip at the bottom. Runs that failed have no mark; the title counts them.
+
+    Parameters
+    ----------
+    table
+        What `dissipation_study` returned, or rows of it.
+    ax
+        matplotlib axes to draw in, one for each panel; None: those of a new figure.
+    x
+        Column along the horizontal axis; None: the load factor, over the shakedown limit where all runs have one that is finite.
+    colour
+        Column that has a colour for each value; None: friction where there are several, else the load cycle, else the family of the starts.
+    rows
+        Column that has a panel for each value; None: one panel.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        With `rows` an array of them.
+
+    Raises
+    ------
+    ModelError
+        No such table or column, or not as many axes as panels.
+    ImportError
+        matplotlib is not installed.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> table = fo.dissipation_study(rod, cycle, 0.5, load_factors=[0.3, 1.0], starts=fo.starts.no_slip())
+    >>> axes = fo.plot_study(table)
+    >>> axes.get_yscale(), [text.get_text() for text in axes.get_legend().get_texts()]
+    ('log', ['none'])
+    """
+    if any(name not in getattr(table, "columns", ()) for name in _NEEDED):
+        raise ModelError(f"table: give the DataFrame of dissipation_study, with the columns {', '.join(_NEEDED)}")
+    for name, column in (("x", x), ("colour", colour), ("rows", rows)):
+        if column is not None:
+            choice(name, column, list(table.columns))
+    pictures = pictures_of(__name__)
+    axes: Axes | AxesArray = pictures.draw(table, ax, pictures.runs_of, x=x, colour=colour, rows=rows)
+    return axes

@@ -1,0 +1,228 @@
+"""The load factor up to which a contact comes to rest, for how it is assembled and what is done to it before."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from ..base import Array, Kept, Outcome, Plotted, bar_of, choice, finite_array, finite_number, frozen, warns_of_odd_values, whole_number
+from ..base.checks import listed_parts
+from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients
+from ..errors import ModelError, NoContinuation, SolverError
+from ..limits import shakedown_limit
+from ..limits.question import pose
+from ..transients.cycles import Run
+from ..transients.march import path_of
+from ..transients.steady import MOST_CYCLES, reported
+from .range_search import RangeStarts
+from .starts import LoadStep, assemble
+
+REST, SLIP, UNDECIDED = "rest", "slip", "UNDECIDED"
+"""What becomes of a contact after a protocol: it comes to rest, slip goes on, or a transient has no result."""
+
+
+class TransientsAfter:
+    """Transients of one contact from its starts ("assembled", "worst", or a slip) through a protocol into its load cycle; `tell` counts."""
+
+    def __init__(
+        self, system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, start: str | ArrayLike, steps: int | None, tell: Callable[[], object]
+    ) -> None:
+        self.system, self.cycle, self.steps = checked_system(system), checked_cycle(cycle), steps
+        self.friction = np.array(friction_coefficients(friction, system.nodes))
+        kind = choice("start", start, ("assembled", "worst")) if isinstance(start, str) else ""
+        self.assembled, self.worst = kind == "assembled", kind == "worst"
+        self.starts = [np.zeros(system.slip_shape) if kind else finite_array("start", start, system.slip_shape)]
+        if self.worst:
+            self.starts += RangeStarts(pose(system, cycle, self.friction), 0.0).under_mean_load.values()
+        self.count, self.residual, self._tell = 0, 0.0, tell
+
+    def rests(self, load_factor: float, protocol: Sequence[LoadStep]) -> str:
+        """Whether the contact comes to rest from all starts; one from which it keeps slipping goes to the front, for the next load factor."""
+        answers = list[str]()
+        for number, start in enumerate(self.starts):
+            answers.append(self.outcome(load_factor, protocol, start))
+            if answers[-1] == SLIP:
+                self.starts.insert(0, self.starts.pop(number))
+                return SLIP
+        return UNDECIDED if UNDECIDED in answers else REST
+
+    def outcome(self, load_factor: float, protocol: Sequence[LoadStep], start: Array) -> str:
+        """Whether it does from one start."""
+        path = path_of(self.system, self.cycle, self.friction, load_factor, start, steps=self.steps)
+        steps = [step.reactions(self.system, load_factor) for step in protocol]
+        if steps:
+            path.check_near("protocol", steps)
+        self.count += 1
+        self._tell()
+        try:
+            if self.assembled:
+                assemble(path)
+            else:
+                path.start()
+            for number, load in enumerate([*steps, path.mean] if steps else []):
+                path.follow_to(load, f"segment {number} of the protocol")
+            run = Run(path, MOST_CYCLES)
+            state = reported(run, run.settled(), np.inf)  # without a step error
+        except (NoContinuation, SolverError):
+            return UNDECIDED
+        self.residual = max(self.residual, state.residual)
+        return REST if state.outcome is Outcome.SHAKEDOWN else SLIP
+
+
+def first_change(changed: Callable[[float], bool], grid: Array, low: float, tolerance: float) -> tuple[float, float]:
+    """Neighbours, no further apart than the tolerance, between which the answer first changes up the grid; (last, inf) where it does not."""
+    high = np.inf
+    for value in grid[grid > low].tolist():
+        if changed(value):
+            high = value
+            break
+        low = value
+    while np.isfinite(high) and high - low > tolerance:
+        middle = (low + high) / 2
+        low, high = (low, middle) if changed(middle) else (middle, high)
+    return low, high
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LimitAfterProtocol(Kept, Plotted):
+    """The load factor up to which a contact comes to rest after a protocol, by transients.
+
+    Attributes
+    ----------
+    load_factor, upper
+        Largest load factor below which the contact comes to rest wherever it was tried, and least one tried at which it does not; inf if there is
+        none up to the largest one tried.
+    shakedown_limit
+        lambda_2, which no protocol exceeds while all nodes stay closed.
+    starts
+        (S, N), in space (S, N, 2), the starts, length; slip goes on from the first one at `upper`.
+    tried
+        DataFrame, one row for each load factor tried: load_factor; ratio, it over lambda_2; outcome, "rest", "slip" or "UNDECIDED" where a transient
+        has no result.
+    transients, residual
+        Number of transients followed, and largest residual of their steady states, at most 1e-9.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> limit = fo.limit_after_protocol(rod, cycle, friction=0.5)
+    >>> round(limit.ratio, 3), limit.monotonic
+    (1.0, True)
+    """
+
+    _said = ("load_factor", "ratio", "upper", "monotonic", "transients", "residual")
+    load_factor: float
+    upper: float
+    shakedown_limit: float
+    starts: Array = field(repr=False)
+    tried: pd.DataFrame = field(repr=False)
+    transients: int
+    residual: float
+
+    @property
+    def ratio(self) -> float:
+        """The load factor over lambda_2."""
+        return self.load_factor / self.shakedown_limit if self.shakedown_limit > 0 else np.nan
+
+    @property
+    def monotonic(self) -> bool:
+        """Whether it comes to rest at no load factor tried above `upper`."""
+        return not (self.tried.loc[self.tried["load_factor"] > self.upper, "outcome"] == REST).any()
+
+    def to_frame(self) -> pd.DataFrame:
+        """The load factors tried, see `tried`."""
+        return self.tried.copy()
+
+
+@warns_of_odd_values
+def limit_after_protocol(
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: ArrayLike,
+    *,
+    protocol: Sequence[LoadStep] = (),
+    start: str | ArrayLike = "assembled",
+    up_to: float | None = None,
+    scan: int = 25,
+    tolerance: float = 1e-4,
+    steps: int | None = None,
+    progress: bool = True,
+) -> LimitAfterProtocol:
+    """Find the load factor up to which a contact comes to rest, for how it is assembled and what is done to it before its load cycle.
+
+    Transients are followed at evenly spaced load factors, and a bisection narrows the interval below the first one at which slip goes on. What
+    happens between the load factors tried is not known.
+
+    Parameters
+    ----------
+    system, cycle, friction
+        The contact, its load cycle, and its coefficient of friction, one or one per node.
+    protocol
+        Loads that are visited after the start, at the mean load, and before the cycle; the load returns to the mean load in the end.
+    start
+        "assembled": the mean load grows from a millionth of itself, without slip. "worst": from each extreme slip that the contact can hold under the
+        mean load, of which the first that keeps slipping decides. Or a residual slip, (N,) or in space (N, 2), length.
+    up_to, scan, tolerance
+        Largest load factor tried (None: the shakedown limit), number of load factors tried before the bisection, and width of its last interval over
+        the largest load factor tried.
+    steps, progress
+        Number of increments from load to load (None: the exact path in the plane, 20 in space), and whether to show after two seconds how far it is.
+        Ctrl-C stays a KeyboardInterrupt with an attribute `table`, the load factors tried by then.
+
+    Raises
+    ------
+    ModelError
+        Bad input, or a shakedown limit that is not finite and above 0, and no `up_to`.
+    SolverError
+        The shakedown limit is not found.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
+    >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
+    >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> unload = [fo.starts.LoadStep({"P": 0.2})]
+    >>> ways = {"start": "worst"}, {"start": "worst", "protocol": unload}, {"start": "assembled"}
+    >>> [round(fo.limit_after_protocol(pair, cycle, friction=0.6, **way).ratio, 2) for way in ways]
+    [0.54, 0.85, 1.0]
+    """
+    visits = listed_parts("protocol", protocol, LoadStep)
+    scan, tolerance = whole_number("scan", scan, least=1), finite_number("tolerance", tolerance, above=0.0, below=1.0)
+    tried: dict[float, str] = {}
+
+    def told() -> str:
+        found = sorted(tried.items())
+        first = next((factor for factor, outcome in found if outcome != REST), np.inf)
+        return f"rest up to {max((factor for factor, _ in found if factor < first), default=0.0):.4g} so far"
+
+    def kept(_: object) -> tuple[str, object, str] | None:
+        table = pd.DataFrame(sorted(tried.items()), columns=["load_factor", "outcome"])
+        return ("table", table, f"{told()}; the {len(table)} load factors tried are in the attribute `table`") if tried else None
+
+    def slips(load_factor: float) -> bool:
+        tried[load_factor] = transients.rests(load_factor, visits)
+        return tried[load_factor] != REST
+
+    with bar_of(progress, "limit after a protocol", "transient", best=told, keeps=kept) as bar:
+        transients = TransientsAfter(system, cycle, friction, start, steps, bar.update)
+        limit = shakedown_limit(system, cycle, friction).load_factor
+        if up_to is None and not 0 < limit < np.inf:
+            raise ModelError(f"up_to: None, and the shakedown limit is {limit:g}; give the largest load factor to try")
+        largest = limit if up_to is None else finite_number("up_to", up_to, above=0.0)
+        grid = largest * np.arange(1, scan + 1) / scan
+        low, high = first_change(slips, grid, 0.0, tolerance * largest)
+        starts = frozen(transients.starts)  # others may come to the front above
+        for factor in grid[grid > high].tolist():
+            if factor not in tried:
+                slips(factor)
+    table = pd.DataFrame(sorted(tried.items()), columns=["load_factor", "outcome"])
+    table.insert(1, "ratio", table["load_factor"] / limit)
+    return LimitAfterProtocol(low, high, limit, starts, table, transients.count, transients.residual)

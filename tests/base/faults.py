@@ -1,0 +1,94 @@
+"""Planted faults of `base`, see `helpers/planting.py`."""
+
+from helpers.planting import Fault
+
+FAULTS = (
+    Fault(
+        "base/checks.py",
+        "True is a whole number",
+        old="bool | np.timedelta64",
+        new="np.timedelta64",
+        tests="checks",
+        within="whole_number",
+    ),
+    Fault(
+        "base/files.py",
+        "damaged members are let pass",
+        old="archive.testzip()",
+        new="None",
+        tests="storage",
+    ),
+    Fault(
+        "base/archive.py",
+        "the units of a saved table are lost",
+        old=(
+            "def _table(rows: list[tuple[Any, str, Any]], index: tuple[Any, str, Any], attrs: "
+            "dict[str, object]) -> pd.DataFrame:\n    columns = [_series(row, index) for row "
+            "in rows]\n    made = pd.DataFrame({column.name: column for column in columns}, "
+            "index=_index(*index))\n    made.attrs.update(attrs)\n    return made"
+        ),
+        new=(
+            "def _table(rows: list[tuple[Any, str, Any]], index: tuple[Any, str, Any], attrs: "
+            "dict[str, object]) -> pd.DataFrame:\n    columns = [_series(row, index) for row "
+            "in rows]\n    made = pd.DataFrame({column.name: column for column in columns}, "
+            "index=_index(*index))\n    pass\n    return made"
+        ),
+        tests="copies",
+    ),
+    Fault(
+        "base/archive.py",
+        "a contact is written wherever it stands",
+        old="id(value) not in self._numbers",
+        new="True",
+        tests="copies",
+    ),
+    Fault(
+        "base/archive.py",
+        "a field that a file lacks is refused",
+        old="name not in state and name not in _optional(kind)",
+        new="name not in state",
+        tests="copies",
+    ),
+    Fault(
+        "base/archive.py",
+        "arrays of a file can be written",
+        old="array.flags.writeable = False",
+        new="pass",
+        tests="copies",
+    ),
+    Fault(
+        "base/tolerances.py",
+        "inaccurate elimination is let pass",
+        old="1000.0 * CONDENSATION",
+        new="100000000.0 * CONDENSATION",
+        tests="condense condense_matrices contact_model punch studies_extremes",
+    ),
+    Fault(
+        "base/progress.py",
+        "an interrupt is swallowed",
+        old="raise",
+        new="pass",
+        tests="progress dissipation_study",
+    ),
+    Fault(
+        "base/progress.py",
+        "an interrupt keeps nothing",
+        old="setattr(error, kept[0], kept[1])",
+        new="kept[0]",
+        tests="progress dissipation_study",
+    ),
+    Fault(
+        "base/progress.py",
+        "a bar within a silent one is shown",
+        old=("flag('progress', show) and sys.stderr is not None and all((bar.shown for bar in outer))"),
+        new="flag('progress', show) and sys.stderr is not None",
+        tests="progress",
+    ),
+    Fault(
+        "base/progress.py",
+        "each bar keeps what it has",
+        old="not any((one.keeps and one.keeps(error) for one in outer))",
+        new="True",
+        tests="progress",
+    ),
+)

@@ -1,0 +1,97 @@
+"""The checks that all input goes through."""
+
+from decimal import Decimal
+from fractions import Fraction
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.sparse import csr_matrix
+
+import frictopt as fo
+from frictopt.base import checks
+
+MASKED = np.ma.masked_array([1.0, 2.0], mask=[False, True])
+CIRCLE: list = [1.0]
+CIRCLE.append(CIRCLE)
+
+
+class Unprintable:
+    def __repr__(self):
+        raise RuntimeError
+
+
+@pytest.mark.parametrize("value", [3, np.int8(3), np.uint64(3)])
+def test_whole_numbers(value):
+    assert checks.whole_number("n", value, least=0) == 3
+
+
+def test_a_count_may_be_a_million_and_a_seed_more():
+    assert checks.whole_number("n", 10**6, least=1) == 10**6 and checks.choice("a", "y", ("x", "y")) == "y"
+    assert checks.whole_number("n", 2**63 - 1, least=0, most=checks.LARGEST_SEED) == 2**63 - 1
+
+
+@pytest.mark.parametrize("value", [2, 2.0, np.float32(2), np.array(2.0), np.array(2), Fraction(2), np.longdouble(2), np.ma.masked_array(2.0)])
+def test_real_numbers(value):
+    found = checks.finite_number("a", value)
+    assert type(found) is float and found == 2.0
+
+
+REFUSED = {
+    "count": (
+        lambda value: checks.whole_number("a", value, least=0),
+        [True, np.True_, np.timedelta64(3), 3.0, "3", None, np.array(3), Decimal(3), pd.NA, -1, 10**6 + 1, 10**5000],
+    ),
+    "number": (
+        lambda value: checks.finite_number("a", value),
+        [True, np.array(True), "2", b"2", None, 2j, np.timedelta64(2), np.datetime64("2020-01-01"), pd.NA, np.ma.masked, Decimal(2), np.nan, -np.inf]
+        + [10**400, 10**5000, 1e151, [2.0], np.array([2.0]), csr_matrix([[2.0]]), {}, Unprintable()],
+    ),
+    "array": (
+        lambda value: checks.real_array("a", value),
+        [MASKED, (MASKED,), b"AB", [b"A"], "12", ["1"], None, [1.0, None], [1.0, pd.NA], [True, False], [1j], [[1.0], [1.0, 2.0]], CIRCLE, {}, {1.0}]
+        + [[Fraction(1)], [10**30], np.array([1], dtype="m8[s]"), [csr_matrix(np.eye(2))], Unprintable()],
+    ),
+    "row": (lambda value: checks.finite_numbers("a", value, least=0.0), [b"AB", "12", MASKED, {1.0: 2.0}, 3.0, None, [1.0, np.nan], [1.0, -1.0]]),
+    "option": (lambda value: checks.choice("a", value, ("x", "y")), ["z", b"x", None, ["x"], np.array(["x", "y"]), pd.NA, Unprintable()]),
+}
+
+
+@pytest.mark.parametrize(
+    ("kind", "value"), [(kind, value) for kind, (_, values) in REFUSED.items() for value in values], ids=lambda one: repr(type(one))
+)
+def test_what_is_of_another_kind_is_refused(kind, value):
+    with pytest.raises(fo.ModelError, match="a: .*give 'x' or 'y'" if kind == "option" else "a: "):
+        REFUSED[kind][0](value)
+
+
+def test_rows_of_numbers_may_be_anything_that_can_be_gone_through():
+    for values in ([1, 2.0], (1, 2), np.array([1.0, 2.0]), range(1, 3), (k for k in (1, 2)), pd.Series([1, 2])):
+        assert checks.finite_numbers("a", values) == [1.0, 2.0]
+
+
+def test_an_error_message_is_short():
+    for value in (np.eye(100), "a" * 10**6, list(range(10**5)), 10**5000):
+        with pytest.raises(fo.ModelError) as caught:
+            checks.flag("a", value)
+        assert len(str(caught.value)) < 120
+
+
+@pytest.mark.parametrize(
+    ("values", "why"),
+    [
+        (np.array([True, False]), "its dtype is bool"),
+        ([0.0, True], "True and False are no numbers"),
+        ("0.5", "its dtype is <U3"),
+        (MASKED, "masked numbers"),
+        ([[1.0], [1.0, 2.0]], "inhomogeneous shape"),
+    ],
+)
+def test_an_array_of_another_kind_is_refused_with_what_numpy_says(values, why):
+    with pytest.raises(fo.ModelError, match=rf"values: .* \(.*{why}.*\); give an array of real numbers"):
+        checks.real_array("values", values)
+
+
+def test_friction_by_the_names_of_contacts_is_told_how_to_be_one_for_each_node():
+    with pytest.raises(fo.ModelError, match=r"friction: a dict; .*np\.where\(system\.contact == "):
+        checks.per_node("friction", {"head": 0.15}, 4)

@@ -1,0 +1,260 @@
+"""Progress where standard error is a terminal, and where it is none; and what an interrupt keeps, of every call that may take long."""
+
+import io
+import os
+import re
+import subprocess
+import sys
+import time
+from contextlib import redirect_stderr
+from dataclasses import dataclass
+
+import cvxpy as cp
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.base import Bar, bar_of, progress
+from helpers.designs import CYCLE as TURNS
+from helpers.designs import pulled
+from helpers.systems import CYCLE, FIRST_PAIR, system
+from helpers.worn import cylinder
+from studies.progress import each
+from studies.tables import Table
+
+
+@dataclass(frozen=True)
+class Nothing:
+    """No parameters."""
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+@pytest.fixture
+def log(monkeypatch):
+    """A file for standard error; lines come soon."""
+    for name in ("_FIRST", "_EVERY", "_DRAWN"):
+        monkeypatch.setattr(progress, name, 0.01)
+    return io.StringIO()
+
+
+def until(log, line):
+    end = time.monotonic() + 60
+    while not re.search(line, log.getvalue()):
+        assert time.monotonic() < end, f"no {line!r} in {log.getvalue()[-300:]!r}"
+        time.sleep(0.01)
+
+
+def test_a_table_says_what_is_computed_and_how_far_it_is(log):
+    def compute(_parameters):
+        for number in each(range(3), "things"):
+            until(log, rf"table small: {number} part{'s' * (number != 1)}, \d\d:\d\d; things: {number} of 3, \d\d:\d\d\n")
+            yield {"residual": 0.0}
+
+    table = Table("small", "a thing", {"residual": "0"}, full=Nothing(), quick=Nothing(), compute=compute)
+    with redirect_stderr(log):
+        assert len(table.frame(Nothing())) == 3
+
+
+def test_lines_come_while_nothing_moves_and_end_with_the_computation(log):
+    with redirect_stderr(log), bar_of(True, "waiting", "step"):
+        until(log, r"(waiting: 0 steps, \d\d:\d\d\n){3}")
+    teller = progress._teller
+    assert teller is None or not teller.join(60)
+    assert progress._teller is None
+
+
+def test_who_wants_no_progress_gets_none(log):
+    with redirect_stderr(log), bar_of(False, "waiting", "step") as bar:
+        bar.update()
+        assert bar not in progress._under_way
+        with bar_of(True, "within", "step") as bar:
+            assert bar not in progress._under_way
+    code = """
+import time
+from frictopt.base import bar_of, progress
+progress._FIRST = 0.01
+with bar_of(True, "waiting", "step"):
+    time.sleep(0.1)
+"""
+    done = subprocess.run([sys.executable, "-c", code], env={**os.environ, "TQDM_DISABLE": "1"}, capture_output=True, text=True, check=True)
+    assert not log.getvalue() + done.stdout + done.stderr
+
+
+def test_a_log_that_nobody_reads_ends_nothing(log):
+    with redirect_stderr(log), bar_of(True, "waiting", "step"):
+        until(log, "waiting")
+        log.close()
+        time.sleep(0.05)
+
+
+def test_on_a_terminal_a_step_that_takes_long_is_shown_while_it_lasts_and_the_best_so_far(log, monkeypatch):
+    screen, best = Terminal(), []
+    monkeypatch.setattr(sys, "stderr", screen)
+    with bar_of(True, "search", "program", best=lambda: "".join(best)) as bar:
+        until(screen, "\rsearch: 0 programs, 00:00")
+        best.append("at least 0.2 so far")
+        until(screen, "00:00, at least 0.2 so far")
+        bar.update()
+        with bar_of(True, "nodes", "node", total=4) as inner:
+            inner.update(2)
+            until(screen, r"nodes:  50%\|.* 2/4 ")
+    assert "search: 1 program, 00:00, at least 0.2 so far" in screen.getvalue().rpartition("nodes")[2]
+
+
+def test_quick_answers_pay_nothing_for_progress():
+    """No bar, no line, no tqdm."""
+    code = """
+import sys
+import frictopt as fo
+rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+fo.shakedown_limit(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), friction=0.5)
+print("tqdm" in sys.modules)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert (done.stdout, done.stderr) == ("False\n", "")
+
+
+PAIR, WORN = system(*FIRST_PAIR), cylinder(32)
+PULLED = system(np.eye(2), np.zeros((2, 2)), 0.0, [-1.0, 3.0], [0.0, 1.0], 0.0, C=[[2.0, 1.0], [1.0, 2.0]])
+ROLLED = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [2.0]), "Q": ([1.0], [0.0]), "R": ([0.0], [-1.0])})
+
+
+def designed(**options):
+    """A first design leaves a node bare, so that there is a second program."""
+    contact, friction = pulled(10, 1)
+    model = fo.DesignModel(contact, TURNS, preloads=["c"], profile=True)
+    return model.solve(friction, [cp.abs(model.preload) <= 0.6, cp.abs(model.profile) <= 0.1], **options)
+
+
+def swept(**options):
+    return fo.ShakedownModel(PAIR, CYCLE).sweep([0.3, 0.5, 0.7], **options)
+
+
+def worn(**options):
+    return fo.wear(*WORN, coefficient=1e-3, **options)
+
+
+# the call; the bar that stops it, after so many of what it counts; what is kept, with what has to hold for it; and what a bar says in the end
+CALLS = {
+    "shakedown": (
+        lambda **o: fo.shakedown_limit(PULLED, CYCLE, 0.5, **o),
+        "open nodes",
+        1,
+        "limit",
+        lambda limit: limit.kind.name == "NO_SAFE_SLIP",
+        r"open nodes: 2 programs, 00:\d\d, at least",
+    ),
+    "sweep": (swept, "sweep", 2, "table", lambda table: table["friction"].tolist() == [0.3, 0.5], "sweep: 100%"),
+    "required friction": (
+        lambda **o: fo.required_friction(PAIR, CYCLE, 0.3, **o),
+        "required friction",
+        3,
+        "table",
+        lambda table: len(table) == 2 and table["safe"].all(),
+        r"required friction: \d+ programs, 00:\d\d, between 0\.\d+ and 0\.\d+ so far",
+    ),
+    "safe region": (
+        lambda **o: fo.safe_region(ROLLED, {"P": 1.0}, ["Q", "R"], 0.5, **o),
+        "safe region",
+        2,
+        "table",
+        lambda table: table.to_numpy().round(9).tolist() == [[1.0, 0.0]],
+        r"safe region: [2-9] rays, 00:\d\d",
+    ),
+    "guaranteed": (
+        lambda **o: fo.guaranteed_limit(PAIR, CYCLE, 0.6, **o),
+        "critical nodes",
+        1,
+        "table",
+        lambda table: len(table) == 1 and table["load_factor"].min() >= fo.guaranteed_limit(PAIR, CYCLE, 0.6).load_factor,
+        "critical nodes: 100%",
+    ),
+    "design": (
+        designed,
+        "design",
+        2,
+        "design",
+        lambda design: round(design.load_factor, 4) == 0.1712,
+        r"design: 2 programs, 00:\d\d, load factor 0.4372 so far",
+    ),
+    "protocol": (
+        lambda **o: fo.limit_after_protocol(PAIR, CYCLE, 0.6, scan=5, **o),
+        "limit after a protocol",
+        3,
+        "table",
+        lambda table: len(table) == 2 and set(table) == {"load_factor", "outcome"},
+        r"limit after a protocol: \d+ transients, 00:\d\d, rest up to \d",
+    ),
+    "excursion": (
+        lambda **o: fo.least_excursion(PAIR, CYCLE, 0.6, 0.6, excursion={"mean": -0.95}, **o),
+        "least excursion",
+        12,
+        "table",
+        lambda table: set(table) == {"share", "outcome"} and len(table),
+        r"least excursion: \d+ transients, 00:\d\d, at least 0\.\d+ so far",
+    ),
+    "range": (
+        lambda **o: fo.dissipation_range(PAIR, CYCLE, 0.6, 0.5, **o),
+        "dissipation range",
+        9,
+        "range",
+        lambda span: span.least <= span.most and span.transients <= 9,
+        r"dissipation range: \d+ transients, 00:\d\d, work from 0 to 0\.04",
+    ),
+    "wear": (worn, "wear", 3, "history", lambda history: len(history.depth) == 4, r"wear: \d+ jumps, 00:\d\d, \S+ cycles, \S+ deep so far"),
+    "worn in": (lambda **o: fo.worn_in(*WORN, **o), "steady state", 2, "depth", lambda h: (h == fo.worn_in(*WORN).depth).all(), r"worn in: 00:\d\d"),
+    "steady state": (
+        lambda **o: fo.steady_state(PAIR, CYCLE, 0.6, 0.9, **o),
+        "steady state",
+        2,
+        "work",
+        lambda work: len(work) >= 1,
+        r"steady state: \d+ cycles, 00:\d\d",
+    ),
+}
+
+
+@pytest.mark.parametrize("call", CALLS)
+def test_an_interrupted_call_keeps_what_it_has_and_a_terminal_shows_it(call, monkeypatch):
+    ask, what, most, name, holds, said = CALLS[call]
+    count, tell_of = Bar.update, progress._tell_of
+
+    def stops(bar, more=1):
+        count(bar, more)
+        if bar.what == what and bar.count >= most:
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt, match=f"attribute `{name}`") as stopped:
+        patch.setattr(Bar, "update", stops)
+        ask(progress=False)
+    assert holds(getattr(stopped.value, name)) and len(stopped.value.__notes__) == 1
+    monkeypatch.setattr(progress, "_tell_of", lambda bar, _: tell_of(bar, True))
+    for shown in (True, False):
+        screen = Terminal()
+        monkeypatch.setattr(sys, "stderr", screen)
+        ask(progress=shown)
+        assert re.search(said, screen.getvalue()) if shown else not screen.getvalue(), screen.getvalue()
+    with pytest.raises(fo.ModelError, match="progress: 'yes'"):
+        ask(progress="yes")
+
+
+def test_condensation_and_recovery_show_how_far_they_are(monkeypatch):
+    model, tell_of = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model(), progress._tell_of
+    monkeypatch.setattr(progress, "_tell_of", lambda bar, _: tell_of(bar, True))
+    for what, ask in (("condensation", model.condense), ("recovery", lambda **options: model.recover({"P": 1.0}, slip=[0.0] * 5, **options))):
+        for shown in (False, True):
+            screen = Terminal()
+            monkeypatch.setattr(sys, "stderr", screen)
+            vars(model).pop("_recovery", None)
+            ask(progress=shown)
+            assert re.search(rf"{what}: 00:.*elimination: 100%.*{what}: 00:", screen.getvalue(), re.DOTALL) if shown else not screen.getvalue()
+
+
+def test_a_count_that_is_a_number_of_numpy_is_told(log):
+    with redirect_stderr(log), bar_of(True, "work", "piece") as bar:
+        bar.update(np.int64(2))
+        until(log, r"work: 2 pieces, ")

@@ -1,0 +1,111 @@
+"""Planted faults: one changed expression or statement, found by syntax, so that a formatter loses none.
+
+Each room has its list in `tests/ROOM/faults.py`. `benchmarks/mutants.py` plants them one at a time.
+"""
+
+import ast
+from collections.abc import Iterator
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from typing import NamedTuple
+
+TESTS = Path(__file__).parents[1]
+
+
+class Fault(NamedTuple):
+    """A fault that a reviewer would fear.
+
+    `file` is a path in the package, or one that begins with "studies" or "validation". `old` and `new` are an
+    expression each, or statements. `old` stands once in the file, or once in the function or class `within`,
+    such as "Scene._checked". `tests` are names of test files without "test_", each alone or with a test in it,
+    as "limit_kinds compiled::test_an_infeasible_program".
+    """
+
+    file: str
+    meaning: str
+    old: str
+    new: str
+    tests: str
+    within: str = ""
+
+
+def faults() -> list[Fault]:
+    """All faults of all rooms."""
+    listed = []
+    for path in sorted(TESTS.glob("*/faults.py")):
+        spec = spec_from_file_location(f"faults_of_{path.parent.name}", path)
+        assert spec is not None and spec.loader is not None
+        module = module_from_spec(spec)
+        spec.loader.exec_module(module)
+        listed += module.FAULTS
+    return listed
+
+
+def planted(source: str, fault: Fault) -> str | None:
+    """The text of a file with the fault in it; None if `old` does not stand there exactly once."""
+    scope = _scope(ast.parse(source), fault.within)
+    if scope is None:
+        return None
+    wanted = ast.parse(fault.old).body
+    places = list(_expressions(scope, wanted) if _is_expression(wanted) else _statements(scope, wanted))
+    if len(places) != 1:
+        return None
+    return _replaced(source, places[0], fault.new)
+
+
+def _is_expression(body: list[ast.stmt]) -> bool:
+    return len(body) == 1 and isinstance(body[0], ast.Expr)
+
+
+def _scope(tree: ast.AST, within: str) -> ast.AST | None:
+    """The function or class of a dotted name; the whole file for an empty one."""
+    scope: ast.AST | None = tree
+    for name in filter(None, within.split(".")):
+        inside = [node for node in _walk(scope) if isinstance(node, ast.FunctionDef | ast.ClassDef)]
+        scope = next((node for node in inside if node.name == name), None)
+        if scope is None:
+            return None
+    return scope
+
+
+def _walk(node: ast.AST) -> Iterator[ast.AST]:
+    """All nodes below one. Texts with braces count as a whole: Python 3.11 does not know places in them."""
+    yield node
+    if not isinstance(node, ast.JoinedStr):
+        for child in ast.iter_child_nodes(node):
+            yield from _walk(child)
+
+
+def _expressions(scope: ast.AST, wanted: list[ast.stmt]) -> Iterator[list[ast.AST]]:
+    text = ast.unparse(wanted[0])
+    for node in _walk(scope):
+        if isinstance(node, ast.expr) and not isinstance(node, ast.Starred | ast.Slice):
+            if ast.unparse(node) == text:
+                yield [node]
+
+
+def _statements(scope: ast.AST, wanted: list[ast.stmt]) -> Iterator[list[ast.AST]]:
+    texts = [ast.unparse(statement) for statement in wanted]
+    for node in _walk(scope):
+        for name in ("body", "orelse", "finalbody"):
+            block = getattr(node, name, None)
+            if not isinstance(block, list):  # the body of a lambda is an expression
+                continue
+            for first in range(len(block) - len(wanted) + 1):
+                run = block[first : first + len(wanted)]
+                if [ast.unparse(statement) for statement in run] == texts:
+                    yield run
+
+
+def _replaced(source: str, run: list[ast.AST], new: str) -> str:
+    """The source with the nodes of a run replaced by a text."""
+    lines = source.encode().splitlines(keepends=True)  # columns of nodes are counted in bytes
+    first, last = run[0], run[-1]
+    begin = sum(map(len, lines[: first.lineno - 1])) + first.col_offset
+    end = sum(map(len, lines[: last.end_lineno - 1])) + last.end_col_offset
+    if isinstance(first, ast.expr):
+        text = f"({new})"
+    else:
+        text = new.replace("\n", "\n" + " " * first.col_offset)
+    whole = source.encode()
+    return (whole[:begin] + text.encode() + whole[end:]).decode()

@@ -1,0 +1,135 @@
+"""The rooms of the package and the imports between its files: for the test of the house and for the page on its architecture."""
+
+import ast
+import sys
+from collections.abc import Iterator
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+
+PACKAGE = Path(find_spec("frictopt").origin).parent  # type: ignore[union-attr,arg-type]
+
+_BASE = {"errors", "base"}
+BELOW = {
+    "errors": set(),
+    "base": {"errors"},
+    "plots": _BASE,
+    "contact": _BASE | {"plots"},
+    "reference": _BASE | {"contact"},
+    "solve": _BASE,
+    "fem": _BASE | {"plots", "contact"},
+    "readers": _BASE | {"contact", "fem"},
+    "scenes": _BASE | {"plots", "contact", "fem"},
+    "transients": _BASE | {"plots", "contact", "solve"},
+    "limits": _BASE | {"plots", "contact", "solve", "transients"},
+    "study": _BASE | {"plots", "contact", "transients", "limits"},
+    "joints": _BASE | {"plots", "contact", "transients", "limits", "study"},
+    "results": _BASE | {"contact", "transients", "limits", "study", "joints"},
+}
+"""Room -> the rooms that it may import, in their order: each stands below it."""
+
+LIBRARIES: dict[str, set[str]] = {
+    "errors": {"numpy"},
+    "base": {"numpy", "pandas", "tqdm", "matplotlib"},
+    "plots": {"numpy"},
+    "contact": {"numpy", "pandas"},
+    "reference": {"numpy", "scipy.special"},
+    "solve": {"numpy", "scipy", "cvxpy", "pandas", "highspy", "clarabel"},
+    "fem": {"numpy", "scipy", "skfem"},
+    "readers": {"numpy", "scipy", "skfem", "pandas"},
+    "scenes": {"numpy", "skfem"},
+    "transients": {"numpy", "scipy", "cvxpy", "pandas", "numba", "lazy_loader", "xarray"},
+    "limits": {"numpy", "scipy", "cvxpy", "pandas"},
+    "study": {"numpy", "scipy", "pandas", "threadpoolctl"},
+    "joints": {"numpy", "scipy", "pandas"},
+    "results": set(),
+}
+"""Room -> libraries that its files may import, beyond those of drawing."""
+
+DRAWING = {"matplotlib", "mpl_toolkits", "pandas", "skfem", "pyvista"}
+DRAWS = {"pictures", "views", "face", "strip", "draw", "style", "plot_study"}
+"""Names of the files that may import libraries of drawing. In `base` a function asks whether matplotlib is there."""
+
+
+@cache
+def files() -> dict[str, Path]:
+    """Dotted name -> path of each file of the package."""
+    return {_dotted(path): path for path in sorted(PACKAGE.rglob("*.py"))}
+
+
+@cache
+def _tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def _dotted(path: Path) -> str:
+    parts = ("frictopt", *path.relative_to(PACKAGE).with_suffix("").parts)
+    return ".".join(parts).removesuffix(".__init__")
+
+
+def room(name: str) -> str:
+    """The room in which a file stands, by its dotted name."""
+    return (name.split(".") + [""])[1]
+
+
+def imports(name: str) -> Iterator[str]:
+    """Dotted names that a file imports: at its head, inside functions, for hints of types, and by `import_module`."""
+    path = files()[name]
+    package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+    for node in ast.walk(_tree(path)):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            start = ".".join(package.split(".")[: package.count(".") + 2 - node.level]) if node.level else ""
+            module = ".".join(part for part in (start, node.module) if part)
+            yield from (_home(module, alias.name) for alias in node.names)
+        elif isinstance(node, ast.Call) and node.args and _calls_import(node.func):
+            if isinstance(node.args[0], ast.Constant):
+                yield str(node.args[0].value)
+
+
+def _calls_import(function: ast.expr) -> bool:
+    called = function.attr if isinstance(function, ast.Attribute) else getattr(function, "id", "")
+    return called in ("import_module", "__import__")
+
+
+def _home(module: str, name: str) -> str:
+    """The file that defines a name which is imported from a module: a room hands on names of its files."""
+    known = files()
+    if f"{module}.{name}" in known:
+        return f"{module}.{name}"
+    path = known.get(module)
+    if path is None or path.name != "__init__.py":
+        return module
+    for file in (path, path.with_suffix(".pyi")):
+        for node in _tree(file).body if file.exists() else []:
+            if isinstance(node, ast.ImportFrom) and node.level == 1 and node.module:
+                source = f"{module}.{node.module}"
+                names = {alias.asname or alias.name for alias in node.names}
+                if name in names or ("*" in names and _assigns(source, name)):
+                    return _home(source, name)
+    return module
+
+
+def _assigns(module: str, name: str) -> bool:
+    """Whether a file assigns a name at its top."""
+    path = files().get(module)
+    statements = _tree(path).body if path else []
+    return any(isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == name for node in statements)
+
+
+def arrows() -> dict[str, set[str]]:
+    """File -> files of the package that it imports. The face of the package, which hands all names on, counts for none."""
+    known = files()
+    found = {}
+    for name in known:
+        if name != "frictopt":
+            ours = {other for other in imports(name) if other in known}
+            found[name] = ours - {name, "frictopt"}
+    return found
+
+
+def foreign(name: str) -> set[str]:
+    """Libraries beyond the standard one that a file imports, by dotted name."""
+    others = (other for other in imports(name) if not other.startswith("frictopt"))
+    return {other for other in others if other.split(".")[0] not in sys.stdlib_module_names}

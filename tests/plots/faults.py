@@ -1,0 +1,20 @@
+"""Planted faults of `plots`, see `helpers/planting.py`."""
+
+from helpers.planting import Fault
+
+FAULTS = (
+    Fault(
+        "plots/style.py",
+        "spare panels stay among those whose labels are in a line",
+        old=("grid = figure.subplots(rows, columns, sharex=common_x, squeeze=False, subplot_kw=look).reshape(blocks, -1)"),
+        new=("grid = figure.subplots(rows, columns, sharex=common_x, squeeze=False, subplot_kw=look).reshape(blocks, -1)\nfigure.align_ylabels()"),
+        tests="plots_of_states",
+    ),
+    Fault(
+        "plots/style.py",
+        "a notebook shows its first picture only",
+        old="plt.draw_if_interactive()",
+        new="()",
+        tests="notebook",
+    ),
+)

@@ -1,0 +1,98 @@
+"""Planted faults of `study`, see `helpers/planting.py`."""
+
+from helpers.planting import Fault
+
+FAULTS = (
+    Fault(
+        "study/runs.py",
+        "what is fixed has no part in the keys of a study",
+        old=("_digest(self.system.S, self.system.gap, self.friction, *reactions, *fixed, *strength)"),
+        new="_digest(self.system.S, self.system.gap, self.friction, *reactions, *strength)",
+        tests="fixed_part",
+    ),
+    Fault(
+        "study/runs.py",
+        "a study takes runs of another shear strength",
+        old=("_digest(self.system.S, self.system.gap, self.friction, *reactions, *fixed, *strength)"),
+        new="_digest(self.system.S, self.system.gap, self.friction, *reactions, *fixed)",
+        tests="shear_strength",
+    ),
+    Fault(
+        "study/runs.py",
+        "overload is not part of a run's key",
+        old="start.overload",
+        new="None",
+        tests="dissipation_study",
+        within="Run.key",
+    ),
+    Fault(
+        "study/runs.py",
+        "a task follows all its runs",
+        old="time.perf_counter() >= end",
+        new="False",
+        tests="dissipation_study",
+    ),
+    Fault(
+        "study/runs.py",
+        "few runs are one task",
+        old="ceil(len(waiting) / (_TASKS - len(tasks)))",
+        new="min(16, len(waiting))",
+        tests="dissipation_study",
+    ),
+    Fault(
+        "study/store.py",
+        "damaged rows count",
+        old="checksum == _checksum(values)",
+        new="True",
+        tests="dissipation_store",
+    ),
+    Fault(
+        "study/runs.py",
+        "an interrupt loses what tasks at work have finished",
+        old="getattr(error, 'rows', [])",
+        new="[]",
+        tests="dissipation_store",
+    ),
+    Fault(
+        "study/protocols.py",
+        "undecided counts as rest",
+        old="UNDECIDED if UNDECIDED in answers else REST",
+        new="REST",
+        tests="protocols",
+    ),
+    Fault(
+        "study/protocols.py",
+        "rest above counts for nothing",
+        old="self.upper",
+        new="np.inf",
+        tests="protocols",
+    ),
+    Fault(
+        "study/excursion.py",
+        "no sampled slip is smooth",
+        old="rng.normal(size=system.slip_shape) if number % 2 else smooth(rng, modes, system)",
+        new="rng.normal(size=system.slip_shape)",
+        tests="protocols",
+    ),
+    Fault(
+        "study/protocols.py",
+        "the bisection goes the wrong way",
+        old="(low, middle) if changed(middle) else (middle, high)",
+        new="(middle, high) if changed(middle) else (low, middle)",
+        tests="protocols",
+    ),
+    Fault(
+        "study/verify.py",
+        "slip above the limit counts below it",
+        old="runs['share'] < 1",
+        new="runs['share'] < 2",
+        tests="guaranteed_transients",
+    ),
+    Fault(
+        "study/range_search.py",
+        "descends where it should climb",
+        old="sense * (tried.work - orbit.work)",
+        new="tried.work - orbit.work",
+        tests="dissipation_range",
+    ),
+)

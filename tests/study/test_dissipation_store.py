@@ -1,0 +1,379 @@
+"""The file that keeps the runs of a study: what it holds, what is left alone, and what is not believed."""
+
+import os
+import resource
+import signal
+import sqlite3
+import subprocess
+import sys
+import threading
+import time
+import warnings
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import frictopt as fo
+from frictopt.study import runs
+from frictopt.study.store import DamagedRows, Store, merge_stores
+from helpers.cases import few
+from helpers.systems import CYCLE, random_system
+
+CONTACT = random_system(np.random.default_rng(3), 3)
+FACTORS = np.linspace(0.1, 2.0, 20)
+DRIVER = """
+import sys
+import test_dissipation_store as tests
+write = tests.Store.write
+def told(*run):
+    write(*run)
+    print(flush=True)
+    sys.stdin.readline()
+tests.Store.write = told
+tests.study(store=sys.argv[1])
+"""
+
+POOL = """
+import signal
+import sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # which a process in the background ignores
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+import test_dissipation_store as tests
+with ProcessPoolExecutor(2, get_context("spawn"), initializer=tests.hang_above) as pool:
+    try:
+        tests.study(executor=pool, store=sys.argv[1])
+    except KeyboardInterrupt as interrupt:
+        print(len(interrupt.table), flush=True)
+        sys.stdin.readline()
+"""
+AT_WORK = POOL.replace("initializer=tests.hang_above", "initializer=tests.hang_at, initargs=(sys.argv[1],)").replace(
+    "with Process", "tests.runs._TASKS = 2\nwith Process"
+)
+PATH = os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(fo.__file__).parents[1]), str(Path(__file__).parents[1]), str(Path(__file__).parent)])}
+
+
+def hang_above():
+    """Let runs at all but the first fifteen load factors never end."""
+
+    def steady_state(*args, **options):
+        if args[3] > FACTORS[14]:
+            time.sleep(1e6)
+        return fo.steady_state(*args, **options)
+
+    runs.steady_state = steady_state
+
+
+def hang_at(store):
+    """Let the eighth run of each of two tasks never end, and say that it has begun."""
+
+    def steady_state(*args, **options):
+        if args[3] in (FACTORS[7], FACTORS[17]):
+            Path(f"{store}.{args[3]}").touch()
+            time.sleep(1e6)
+        return fo.steady_state(*args, **options)
+
+    runs.steady_state, runs._SECONDS = steady_state, 1e9
+
+
+def study(**options):
+    return fo.dissipation_study(CONTACT, CYCLE, 0.4, FACTORS, **options)
+
+
+@pytest.fixture(scope="module")
+def undisturbed():
+    return study()
+
+
+@pytest.fixture
+def file(tmp_path, undisturbed):
+    """A store with all runs."""
+    same(study(store=tmp_path / "runs.sqlite"), undisturbed)
+    return tmp_path / "runs.sqlite"
+
+
+def same(table, other):
+    pd.testing.assert_frame_equal(table.drop(columns="seconds"), other.drop(columns="seconds"), check_exact=True)
+
+
+def changed(file, statement, *values):
+    """Change a store behind its back."""
+    with sqlite3.connect(file) as connection:
+        connection.execute("PRAGMA ignore_check_constraints = 1")
+        connection.execute(statement, values)
+    connection.close()
+
+
+def test_the_file_holds_every_run_with_all_its_digits(file, undisturbed):
+    """To be read by anything that reads sqlite, among it pandas."""
+    table = fo.results.read_store(file)
+    by_load = table.sort_values("load_factor", ignore_index=True)
+    columns = [name for name in table.columns if name not in ("key", "loads", "seconds")]
+    pd.testing.assert_frame_equal(by_load[columns], undisturbed[columns], check_exact=True)
+    assert table.key.is_unique and table.key.is_monotonic_increasing
+    with sqlite3.connect(file) as connection:
+        raw = pd.read_sql("SELECT * FROM runs ORDER BY load_factor", connection)
+    connection.close()
+    assert raw.dissipation.tolist() == undisturbed.dissipation.tolist()
+    assert [path.name for path in file.parent.iterdir()] == ["runs.sqlite"]
+
+
+def test_a_store_without_a_name_is_refused_and_one_at_home_is_found(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    monkeypatch.setenv("USERPROFILE", str(tmp_path / "home"))
+    with pytest.raises(fo.StoreError, match="store: ''"):
+        study(store="")
+    study(store="~/runs")
+    assert [path.name for path in tmp_path.iterdir()] == ["home"] and len(fo.results.read_store("~/runs")) == len(FACTORS)
+
+
+def text(path):
+    path.write_text("text")
+
+
+def table(path):
+    pd.DataFrame({"key": [1]}).to_parquet(path)
+
+
+def database(path):
+    with sqlite3.connect(path) as connection:
+        connection.execute("CREATE TABLE runs (key text)")
+    connection.close()
+
+
+@pytest.mark.parametrize("make", [text, table, database, Path.mkdir, os.mkfifo], ids=["text", "parquet", "sqlite", "folder", "pipe"])
+def test_what_is_no_store_is_named_and_left_as_it_is(tmp_path, make):
+    foreign = tmp_path / "foreign"
+    make(foreign)
+    before = foreign.stat(), foreign.read_bytes() if foreign.is_file() else None
+    for use in (lambda: study(store=foreign), lambda: fo.results.read_store(foreign)):
+        with pytest.raises(fo.StoreError, match=r"store: .*foreign.*give another name"):
+            use()
+    after = foreign.stat(), foreign.read_bytes() if foreign.is_file() else None
+    assert (after[0].st_mtime_ns, after[0].st_size, after[1]) == (before[0].st_mtime_ns, before[0].st_size, before[1])
+    assert [path.name for path in tmp_path.iterdir()] == ["foreign"]
+
+
+def test_files_beside_a_store_are_left_alone(tmp_path):
+    for make, name in ((text, "runs.txt"), (table, "runs.parquet"), (table, "x.parquet"), (database, "other.sqlite"), (text, ".x.journal")):
+        make(tmp_path / name)
+    before = {path.name: (path.read_bytes(), path.stat().st_mtime_ns) for path in tmp_path.iterdir()}
+    for _ in range(2):
+        study(store=tmp_path / "runs.sqlite")
+    after = {path.name: (path.read_bytes(), path.stat().st_mtime_ns) for path in tmp_path.iterdir()}
+    assert after.pop("runs.sqlite") and after == before
+
+
+@pytest.mark.parametrize("change", ["ALTER TABLE runs ADD COLUMN more real", "PRAGMA user_version = 2", "PRAGMA user_version = 0"])
+def test_a_store_of_another_version_is_refused(file, change):
+    changed(file, change)
+    for use in (lambda: study(store=file), lambda: fo.results.read_store(file)):
+        with pytest.raises(fo.StoreError, match=r"runs\.sqlite' .* of another version of frictopt"):
+            use()
+
+
+def test_a_missing_store_is_not_made_by_reading(tmp_path):
+    with pytest.raises(fo.StoreError, match="runs"):
+        fo.results.read_store(tmp_path / "runs")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("path", ["/proc/runs.sqlite", "a\0b", "/dev/null", 3, b"runs"])
+def test_a_store_that_cannot_be_made_is_named(path, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(fo.StoreError, match=r"store: .*(runs|x00|null|3)"):
+        study(store=path)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "dissipation = 1000 * dissipation + 1",
+        "dissipation = -1.0",
+        "outcome = NULL",
+        "outcome = 'SHAKE'",
+        "dissipation = NULL",
+        "cycles = 'many'",
+        "cycles = cycles + 1",
+        "start = x'ff'",
+        "start = CAST(x'ff' AS text)",
+        "checksum = 0",
+    ],
+)
+def test_a_row_that_was_changed_is_not_believed_and_its_run_repeated(file, undisturbed, followed, change):
+    victim = fo.results.read_store(file).query("dissipation > 0").key.iloc[0]
+    changed(file, f"UPDATE runs SET {change} WHERE key = ?", victim)
+    with pytest.warns(DamagedRows, match=r"runs\.sqlite': 1 rows"):
+        assert len(fo.results.read_store(file)) == len(FACTORS) - 1
+    with pytest.warns(DamagedRows):
+        same(study(store=file), undisturbed)
+    assert len(followed) == 1 and len(fo.results.read_store(file)) == len(FACTORS)
+
+
+def test_a_killed_process_loses_no_finished_run(tmp_path, undisturbed, followed):
+    """Each process goes on where the last one was killed, and is killed itself after some more runs."""
+    for done in (1, 8):
+        with subprocess.Popen(
+            [sys.executable, "-c", DRIVER, tmp_path / "runs"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=PATH
+        ) as driver:
+            for _ in range(done):
+                assert driver.stdout.readline() == "\n"
+                print(file=driver.stdin, flush=True)
+            assert driver.stdout.readline() == "\n"
+            driver.kill()
+    assert len(fo.results.read_store(tmp_path / "runs")) == 2 + 9
+    same(study(store=tmp_path / "runs"), undisturbed)
+    assert len(followed) == len(FACTORS) - 11
+
+
+def test_ctrl_c_in_a_terminal_loses_only_the_runs_at_work(tmp_path, undisturbed, followed):
+    """It comes to all processes: the rows that the two tasks have finished come with it."""
+    options = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "env": PATH, "start_new_session": True}
+    with subprocess.Popen([sys.executable, "-c", AT_WORK, tmp_path / "runs"], **options) as driver:
+        try:
+            patience = time.monotonic() + 300
+            while len(list(tmp_path.glob("runs.*"))) < 2 and time.monotonic() < patience:
+                time.sleep(0.1)
+            os.killpg(driver.pid, signal.SIGINT)
+            assert driver.stdout.readline() == "14\n"
+        finally:
+            os.killpg(driver.pid, signal.SIGKILL)
+    same(study(store=tmp_path / "runs"), undisturbed)
+    assert followed == [*FACTORS[7:10], *FACTORS[17:]]
+
+
+@pytest.mark.slow
+def test_a_killed_pool_loses_no_more_than_what_is_at_work(tmp_path, undisturbed, followed):
+    """Both of its processes hang when it is killed."""
+    options = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "env": PATH, "start_new_session": True}
+    with subprocess.Popen([sys.executable, "-c", POOL, tmp_path / "runs"], **options) as driver:
+        try:
+            kept, patience = 0, time.monotonic() + 300
+            while kept < 15 and time.monotonic() < patience:
+                time.sleep(0.1)
+                with suppress(fo.StoreError):  # not made yet
+                    kept = len(fo.results.read_store(tmp_path / "runs"))
+            driver.kill()
+        finally:
+            os.killpg(driver.pid, signal.SIGKILL)
+    assert fo.results.read_store(tmp_path / "runs").load_factor.sort_values().tolist() == FACTORS[:15].tolist()
+    same(study(store=tmp_path / "runs"), undisturbed)
+    assert followed == FACTORS[15:].tolist()
+
+
+def test_a_run_that_failed_is_tried_again_and_never_replaces_a_result(undisturbed, followed, tmp_path, monkeypatch):
+    def late(*args, **options):
+        merge_stores(tmp_path / "shared", tmp_path.glob("both"))  # once there is one
+        if args[3] == FACTORS[-1]:
+            raise fo.SolverError("another version")
+        return fo.steady_state(*args, **options)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(runs, "steady_state", late)
+        assert (study(store=tmp_path / "runs").outcome == "FAILED").tolist() == 19 * [False] + [True]
+    for name in ("first", "last"):
+        merge_stores(tmp_path / name, [tmp_path / "runs"])
+    same(study(store=tmp_path / "runs"), undisturbed)
+    assert followed == [FACTORS[-1]]
+    for into, parts in (("first", ["runs"]), ("runs", ["last"]), ("both", ["runs", "last"])):
+        assert merge_stores(tmp_path / into, [tmp_path / part for part in parts]) == len(FACTORS)
+        assert set(fo.results.read_store(tmp_path / into).error) == {""}
+    monkeypatch.setattr(runs, "steady_state", late)
+    assert study(store=tmp_path / "shared").outcome.iloc[-1] == "FAILED"
+    assert set(fo.results.read_store(tmp_path / "shared").error) == {""}
+
+
+@pytest.mark.slow
+def test_every_damaged_file_is_an_error_or_a_warning_but_never_another_table(file, tmp_path, undisturbed):
+    """Bits flipped and ends cut off at random places."""
+    content, rng = file.read_bytes(), np.random.default_rng(0)
+    harmed, told = tmp_path / "harmed.sqlite", 0
+    for number in range(few(60)):
+        place = int(rng.integers(len(content)))
+        harm = bytearray(content)
+        harm[place] ^= 1 << int(rng.integers(8))
+        harmed.write_bytes(content[:place] if number % 5 == 0 and place else bytes(harm))
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", DamagedRows)
+                same(study(store=harmed), undisturbed)
+                assert len(fo.results.read_store(harmed)) >= len(FACTORS)
+        except fo.StoreError as error:
+            told += 1
+            assert "harmed.sqlite" in str(error)
+        for left in tmp_path.glob("harmed*"):
+            left.unlink()
+    assert told > few(60) // 15
+
+
+def test_a_full_disk_is_a_clear_error_and_what_is_done_is_kept(tmp_path, undisturbed, followed, monkeypatch):
+    """The file may not grow any more after five runs."""
+    write, limits = Store.write, resource.getrlimit(resource.RLIMIT_FSIZE)
+    done = []
+
+    def until_full(self, rows):
+        done.append(rows)
+        if len(done) == 6:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (0, limits[1]))
+        write(self, rows)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Store, "write", until_full)
+        try:
+            with pytest.raises(fo.StoreError, match=r"runs\.sqlite.*make room") as caught:
+                study(store=tmp_path / "runs.sqlite")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    same(caught.value.table, undisturbed.head(6))
+    followed.clear()
+    same(study(store=tmp_path / "runs.sqlite"), undisturbed)
+    assert followed == FACTORS[5:].tolist()
+
+
+def test_a_store_that_goes_away_leaves_the_finished_rows_in_the_error(tmp_path, monkeypatch, undisturbed):
+    follow, done = runs._follow, []
+
+    def until_gone(*args):
+        done.append(args)
+        if len(done) == 4:
+            (tmp_path / "store").rename(tmp_path / "elsewhere")
+        return follow(*args)
+
+    monkeypatch.setattr(runs, "_follow", until_gone)
+    with pytest.raises(fo.StoreError, match="stay") as caught:
+        study(store=tmp_path / "store" / "runs")
+    same(caught.value.table, undisturbed.head(4))
+
+
+def test_studies_that_write_by_turns_keep_each_run_once(undisturbed, tmp_path, monkeypatch):
+    write, turns = Store.write, threading.Barrier(2, timeout=60)
+
+    def by_turns(self, rows):
+        turns.wait()
+        write(self, rows)
+
+    monkeypatch.setattr(Store, "write", by_turns)
+    with ThreadPoolExecutor(2) as threads:
+        tables = [future.result() for future in [threads.submit(study, store=tmp_path / "runs") for _ in range(2)]]
+    for made in tables:
+        same(made, undisturbed)
+    kept = fo.results.read_store(tmp_path / "runs")
+    assert kept.key.is_unique and len(kept) == len(FACTORS)
+
+
+def test_a_store_can_be_read_while_it_is_written(tmp_path, monkeypatch):
+    write, seen = Store.write, []
+
+    def watched(self, rows):
+        write(self, rows)
+        seen.append(len(fo.results.read_store(self.path)))
+
+    monkeypatch.setattr(Store, "write", watched)
+    study(store=tmp_path / "runs")
+    assert seen == list(range(1, len(FACTORS) + 1))

@@ -1,0 +1,77 @@
+"""Starts of a study in every form that a user may have them in, and what is refused before anything runs."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import frictopt as fo
+from frictopt.study.starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
+from helpers.refused import refused
+from helpers.systems import CYCLE, random_system
+
+CONTACT = random_system(np.random.default_rng(3), 3)
+STARTS = no_slip() + overloads([2.0])
+
+
+def study(starts, contact=CONTACT, cycle=CYCLE, factors=(0.5,)):
+    return fo.dissipation_study(contact, cycle, 0.4, factors, starts)
+
+
+@pytest.mark.parametrize("make", [tuple, iter, lambda starts: pd.Series(starts), lambda starts: np.array(starts, dtype=object)])
+def test_starts_come_in_any_row(make):
+    assert study(make(STARTS)).start.tolist() == ["none", "overload to 2"]
+
+
+@pytest.mark.parametrize("make", [list, iter, pd.DataFrame])
+def test_slips_come_in_any_row(make):
+    slips = [[0.0, 0.0, 0.0], [1.0, 2.0, 4.0]]
+    assert study(make(slips)).amplitude.tolist() == pytest.approx([0.0, np.sqrt(7.0)])
+    assert [start.slip.tolist() for start in given_slips(make(slips))] == slips
+
+
+@refused(
+    (lambda: study(no_slip()[0]), "starts: Start"),
+    (lambda: study([*no_slip(), overloads([2.0])]), "a list among starts; .* add lists up"),
+    (lambda: study([[0.0, 0.0, 0.0], [0.0]]), r"starts: \[\[0.0, 0.0, 0.0\], \[0.0\]\]"),
+    (lambda: study(iter([])), "starts: empty"),
+    (lambda: Start("a", "b", seed=2**63), "seed of start 'b': 9223372036854775808"),
+    (lambda: random_slips(CONTACT, [1.0], 2**63), "count: 9223372036854775808"),
+    (lambda: random_slips(random_system(np.random.default_rng(0), 1), [1.0], 1), "one node"),
+    (lambda: Start("", "name"), "family"),
+    (lambda: Start("family", "\ud800"), r"name of a start: '\\ud800'"),
+    (lambda: Start("mine", "name", slip=[1.0], safe_multiple=1.0), "give one of them"),
+)
+def test_what_is_refused(make):
+    make()
+
+
+def test_a_force_too_small_for_the_scale_of_the_dissipation_does_not_cost_the_table():
+    tiny = fo.LoadCycle({"mean": 1e-170}, [{"cyclic": 1e-170}, {"cyclic": -1e-170}])
+    table = study(STARTS, replace(CONTACT, E_star=1.0), tiny)
+    assert len(table) == 2 and table.dissipation_scaled.isna().all()
+
+
+def test_safe_starts_are_multiples_of_the_safe_slip_and_above_the_limit_of_the_one_at_it():
+    limit = fo.shakedown_limit(CONTACT, CYCLE, 0.4)
+    (start,) = safe_slips([-2.0])
+    below, above = 0.5 * limit.load_factor, 1.2 * limit.load_factor
+    for load_factor, slip in ((below, fo.safe_slip(CONTACT, CYCLE, 0.4, below).slip), (above, limit.slip)):
+        assert start.slip_at(CONTACT, CYCLE, 0.4, load_factor) == pytest.approx(-2.0 * slip, rel=1e-9)
+    assert no_slip()[0].slip_at(CONTACT, CYCLE, 0.4, 1.0) is None
+
+
+def test_random_slips_have_their_amplitude_no_mean_and_a_seed_each(punch):
+    scene = punch(16)
+    starts = random_slips(scene, [0.1, 20.0], 4, seed=5)
+    assert [start.family for start in starts] == 2 * (4 * ["smooth"] + 4 * ["rough"])
+    assert [start.seed for start in starts] == list(range(5, 21))
+    for start, amplitude in zip(starts, 8 * [0.1] + 8 * [20.0], strict=True):
+        assert np.sqrt(np.mean(start.slip**2)) == pytest.approx(amplitude, rel=1e-12)
+        assert abs(start.slip.mean()) < 1e-12 * amplitude
+        left = np.polynomial.Chebyshev.fit(scene.x, start.slip, 6)(scene.x) - start.slip
+        assert (np.abs(left).max() < 1e-10 * amplitude) == (start.family == "smooth")
+    assert len({start.slip.tobytes() for start in starts}) == 16
+    again = random_slips(scene, [0.1, 20.0], 4, seed=5)
+    assert all((one.slip == other.slip).all() for one, other in zip(starts, again, strict=True))

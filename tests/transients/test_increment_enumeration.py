@@ -1,0 +1,95 @@
+"""Increments of one to three nodes against the enumeration of all statuses."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from frictopt.errors import NoContinuation, SolverError
+from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement, NewtonIncrement, by_booleans
+from frictopt.transients.increments.newton import newton
+from helpers.enumeration import admissible_states, distance, random_increment
+
+pytestmark = pytest.mark.slow
+
+SLIDING = {n: np.r_[np.ones(n), np.zeros(n)][:, None] for n in (2, 3)}
+LIFTING = {n: np.r_[np.zeros(n), np.ones(n)][:, None] for n in (2, 3)}
+FREE = {n: np.hstack([SLIDING[n], LIFTING[n], np.r_[np.zeros(n), np.arange(n)][:, None]]) for n in (2, 3)}
+
+
+def cases(seed, count, most_friction, rigid=None, loads=1):
+    rng = np.random.default_rng(seed)
+    for case in range(count):
+        nodes = 1 + case % 3 if rigid is None else 2 + case % 2
+        contact, friction, _, _ = random_increment(rng, nodes, most_friction, rigid=None if rigid is None else rigid[nodes])
+        for _ in range(loads):
+            _, _, slip, load = random_increment(rng, nodes, most_friction)
+            yield contact, friction, slip, load
+
+
+def test_exactly_one_state_is_found_by_all_engines_below_the_critical_friction():
+    """Validation by enumeration on 120 increments: coupled, with gaps, separation and closing."""
+    opened = slipped = failed = 0
+    engines = {}
+    for contact, friction, slip, load in cases(0, 30, 0.6, loads=4):
+        states = admissible_states(contact, friction, slip, load)
+        assert len(states) == 1
+        if id(contact) not in engines:
+            engines = {id(contact): [engine(contact, friction) for engine in (ExactIncrement, NewtonIncrement, FrozenBoundIncrement)]}
+        exact, newton, frozen = engines[id(contact)]
+        found = exact.solve(slip, load)
+        assert distance(states, found) < 1e-9 and found.residual < 1e-9
+        assert found.record.attempts[0].solver == "HIGHS_MIP"
+        assert distance(states, newton.solve(slip, load)) < 1e-9
+        opened, slipped = opened + (found.gap > 0).any(), slipped + (np.abs(found.status) == 1).any()
+        try:
+            by_sweeps = frozen.solve(slip, load)
+        except SolverError as error:
+            assert "did not converge" in str(error)
+            failed += 1
+        else:
+            assert distance(states, by_sweeps) < 1e-9 and by_sweeps.residual < 1e-9
+            assert (by_sweeps.status == found.status).all()
+    assert opened > 15 and slipped > 30
+    assert failed <= 2
+
+
+def test_the_program_decides_and_not_the_guess(monkeypatch):
+    """With the worst of guesses for a start, the same states."""
+
+    def wrong(*asked):
+        state = newton(*asked)
+        status = np.where(state.status == 2, 0, 2).astype(np.int8)
+        return replace(state, status=status, u=np.full_like(state.u, np.nan), r=np.full_like(state.r, np.nan))
+
+    monkeypatch.setattr(by_booleans, "newton", wrong)
+    for contact, friction, slip, load in cases(2, 20, 0.6):
+        found = ExactIncrement(contact, friction).solve(slip, load)
+        assert distance(admissible_states(contact, friction, slip, load), found) < 1e-9
+
+
+def test_one_of_several_states_is_found():
+    several = one = 0
+    for contact, friction, slip, load in cases(3, 60, 8.0):
+        states = admissible_states(contact, friction, slip, load)
+        found = ExactIncrement(contact, friction).solve(slip, load)
+        assert distance(states, found) < 1e-9
+        several, one = several + (len(states) > 1), one + (len(states) == 1)
+    assert several >= 3 and one >= 30
+
+
+@pytest.mark.parametrize("rigid", [LIFTING, FREE], ids=["lifting", "free"])
+def test_bodies_that_only_their_load_holds(rigid):
+    """Where there is a state it is found; where there is none, it never finds one."""
+    found = none = 0
+    for contact, friction, slip, load in cases(4, 40, 1.0, rigid):
+        states = admissible_states(contact, friction, slip, load)
+        try:
+            state = ExactIncrement(contact, friction).solve(slip, load)
+        except (NoContinuation, SolverError):
+            assert len(states) == 0
+            none += 1
+        else:
+            assert distance(states, state) < 1e-9
+            found += 1
+    assert found > 7 and none > 1

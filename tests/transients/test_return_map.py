@@ -1,0 +1,98 @@
+"""The derivative of a cycle against differences."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.transients.exact import return_map
+from frictopt.transients.exact.derivative import _Growth
+from helpers.paths import followed
+from helpers.systems import CYCLE, random_system, system
+
+STEP = 1e-8
+
+
+at_last_corner = partial(followed, cycles=1)  # a path from a slip
+
+
+def after_a_cycle(path):
+    """State and work of one more cycle of a path."""
+    found = path.cycle_on(1)
+    return found.u[-1], found.work.sum()
+
+
+def stops_within_segments(status):
+    """How many changes of status stop some motion and let another one go on, which only happens within a segment."""
+    before, after = status[:-1], status[1:]
+    return int((((before != 0) & (after == 0)).any(axis=1) & ((abs(before) == 1) & (after == before)).any(axis=1)).sum())
+
+
+def test_it_agrees_with_differences():
+    checked = stops = opens = 0
+    for seed in range(240):
+        rng = np.random.default_rng(seed)
+        n = int(rng.integers(2, 8))
+        contact = random_system(rng, n, ("mean", "one", "other"), coupling=rng.uniform(0.2, 1.0))
+        cycle = fo.LoadCycle({"mean": 1.0}, [{"one": 1.0}, {"other": 1.0}, {"one": -1.0, "other": 0.3}, {}][: 2 + seed % 3])
+        asked, start = (contact, cycle, rng.uniform(0.2, 0.6), rng.uniform(0.1, 2.5)), 0.3 * rng.normal(size=n)
+        try:
+            path = at_last_corner(*asked, start)
+            one = return_map(path)
+        except fo.NoContinuation:
+            continue
+        begin, (end, work) = one.before, after_a_cycle(path)
+        stops += stops_within_segments(one.status)
+        opens += bool((one.status == 2).any())
+        for _ in range(3):
+            way, found = STEP * rng.normal(size=n), []
+            for sense in (1, -1):
+                path = at_last_corner(*asked, start + sense * way)
+                before = path.state.u.copy()
+                found.append((before - begin, *(new - old for new, old in zip(after_a_cycle(path), (end, work), strict=True))))
+            size = np.abs(found[0][0]).max()
+            if size < 1e-3 * STEP or any(np.abs(there + back).max() > 1e-5 * size for there, back in zip(*found, strict=True)):
+                continue  # another cycle from one side than from the other: where events happen at once
+            for change, moved, gained in found:
+                assert np.abs(moved - one.derivative @ change).max() < 1e-4 * size
+                assert gained == pytest.approx(one.work_gradient @ change, rel=1e-3, abs=1e-4 * size)
+            checked += 1
+    assert checked > 250 and stops > 20 and opens > 30
+
+
+def test_one_node_forgets_its_start():
+    one = return_map(at_last_corner(system(2.0, 0.5, 0.1, 1.0, 1.0, 0.2), CYCLE, 0.4, 0.6, [0.0]))
+    assert not one.locked.any() and not one.derivative.any()
+    stuck = return_map(at_last_corner(system(2.0, 0.5, 0.1, 1.0, 1.0, 0.2), CYCLE, 0.4, 0.1, [0.0]))
+    assert stuck.locked.all() and np.array_equal(stuck.derivative, np.diag([1.0, 0.0]))
+    assert not stuck.work_gradient[0] > 1e-15
+
+
+def test_motions_on_each_stretch_keep_the_law():
+    """Reactions at nodes that slip stay on their bound, those of open ones stay zero, and a node that sticks keeps its slip."""
+    stretches = opens = 0
+    for seed in range(8):
+        n = 5
+        contact = random_system(np.random.default_rng(seed), n)
+        one = return_map(at_last_corner(contact, CYCLE, 0.3, 2.0, np.zeros(n)))
+        last = np.eye(2 * n)
+        for number, status in enumerate(one.status):
+            motion = one.motion_derivative(number, np.eye(2 * n))
+            q, p = np.split(contact.S @ motion, 2)
+            assert np.abs(q + (status * 0.3)[:, None] * p)[np.abs(status) == 1] == pytest.approx(0.0, abs=1e-12)
+            assert np.abs(np.vstack([q, p]))[np.tile(status == 2, 2)] == pytest.approx(0.0, abs=1e-12)
+            stuck = (status == 0) & (number > 0) & (one.status[number - 1] == 0)
+            assert motion[:n][stuck] == pytest.approx(last[:n][stuck], abs=1e-12)
+            last, stretches, opens = motion, stretches + 1, opens + (status == 2).any()
+        assert last == pytest.approx(np.asarray(one.derivative), abs=1e-12)
+    assert stretches > 30 and opens > 5
+
+
+def test_critical_friction_has_no_derivative():
+    """A = 1, B = 1/2: backward slip has no stiffness at f = A/B = 2."""
+    S, f = np.array([[1.0, 0.5], [0.5, 1.0]]), 2.0
+    forward, backward = (_Growth(S, np.array([sense * f, 0.0]), np.eye(2), [0]) for sense in (1.0, -1.0))
+    assert forward.derivative()[0] == pytest.approx([0.0, -2.5 / 2.0])
+    with pytest.raises(fo.NoContinuation, match="friction is critical"):
+        backward.derivative()

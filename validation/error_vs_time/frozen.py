@@ -1,0 +1,88 @@
+"""Increments by direct calls of OSQP and Clarabel alone: quadratic programs with frozen bounds, until the bounds settle at a tolerance."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from scipy.sparse import block_array, block_diag, csc_matrix, eye_array, triu
+
+import frictopt as fo
+from validation.error_vs_time.methods import installed
+
+Array = np.ndarray[Any, Any]
+
+_SWEEPS = 100
+
+
+class FrozenBounds:
+    """One increment, `min 1/2 u' S u + trial' u + bound' t` over `u = [dv, w]` and t with `w >= 0` and `|dv| <= t`.
+
+    Parameters
+    ----------
+    system, friction
+        The contact, in the plane, and one coefficient of friction.
+    """
+
+    def __init__(self, system: fo.ContactSystem, friction: float) -> None:
+        n, self._f, self._scale = system.nodes, friction, system.stiffness_scale
+        one, self._S = eye_array(n), system.S / system.stiffness_scale
+        self._P = csc_matrix(triu(block_diag([self._S, csc_matrix((n, n))])))
+        self._rows = csc_matrix(block_array([[None, -one, None], [one, None, -one], [-one, None, -one]]))  # rows x <= 0
+
+    def osqp(self, slip: Array, bonded: Array, tolerance: float) -> Array:
+        """(N,) slip after the increment from a slip (N,) to a load with these bonded reactions (2N,): one factorisation, warm starts.
+
+        Raises
+        ------
+        ArithmeticError
+            No optimum in 100,000 iterations, or bounds that do not settle.
+        """
+        none, solver = np.zeros(len(self._rows.indptr) - 1), installed("osqp").OSQP()
+        options = {"eps_abs": tolerance, "eps_rel": tolerance, "max_iter": 100_000, "verbose": False}
+        solver.setup(self._P, none, self._rows, np.full(len(none), -np.inf), none, **options)
+
+        def solved(cost: Array) -> Array:
+            solver.update(q=cost)
+            answer = solver.solve(raise_error=False)
+            _accept(answer.info.status, "solved")
+            return np.asarray(answer.x)
+
+        return self._settled(slip, bonded, tolerance, solved)
+
+    def clarabel(self, slip: Array, bonded: Array, tolerance: float) -> Array:
+        """The same by Clarabel.
+
+        Raises
+        ------
+        ArithmeticError
+            No optimum, or bounds that do not settle.
+        """
+        package = installed("clarabel")
+        settings, none = package.DefaultSettings(), np.zeros(len(self._rows.indptr) - 1)
+        settings.verbose, settings.max_threads = False, 1
+        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
+
+        def solved(cost: Array) -> Array:
+            answer = package.DefaultSolver(self._P, cost, self._rows, none, [package.NonnegativeConeT(len(none))], settings).solve()
+            _accept(str(answer.status), "Solved")
+            return np.asarray(answer.x)
+
+        return self._settled(slip, bonded, tolerance, solved)
+
+    def _settled(self, slip: Array, bonded: Array, tolerance: float, solved: Callable[[Array], Array]) -> Array:
+        n = len(slip)
+        force = float(np.abs(bonded[n:]).mean())
+        trial = bonded / force + self._S[:, :n] @ slip * self._scale / force
+        bound = self._f * np.maximum(trial[n:], 0.0)
+        for _ in range(_SWEEPS):
+            u = solved(np.concatenate([trial, bound]))[: 2 * n]
+            new = self._f * np.maximum(trial[n:] + self._S[n:] @ u, 0.0)
+            if np.abs(new - bound).max() <= tolerance:
+                return slip + u[:n] * force / self._scale
+            bound = new
+        raise ArithmeticError(f"bounds do not settle in {_SWEEPS} sweeps")
+
+
+def _accept(status: str, solved: str) -> None:
+    if status != solved:
+        raise ArithmeticError(f"no optimum ({status})")

@@ -1,0 +1,162 @@
+"""Onset, limits and safe slip: the package with and without a compiled model, and direct calls of solvers on the same matrices."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csc_matrix
+
+import frictopt as fo
+from frictopt.solve import LP_SOLVERS
+from studies.paper import LOADS
+from validation.error_vs_time.bare_lp import SIMPLEX, LinearProgram, highs, highs_cost, highs_vertex, methods
+from validation.error_vs_time.exact import exact_guaranteed_limit, fractions, largest, safe_rows
+from validation.error_vs_time.methods import Method, Question, relative
+from validation.error_vs_time.parameters import Parameters, Scene
+
+Array = np.ndarray[Any, Any]
+
+_DIRECTION = {"sigma": -1.0}
+
+
+def questions(parameters: Parameters, scene: Scene) -> Iterator[Question]:
+    """The four questions on one mesh."""
+    yield _onset(parameters, scene)
+    yield _limit(parameters, scene)
+    yield _safe_slip(parameters, scene)
+    yield _guaranteed(parameters, scene)
+
+
+def exact_onset(system: fo.ContactSystem, friction: float) -> float:
+    """Load factor of the first slip of the bonded contact as the bulk is pressed, in rational arithmetic; the mean load alone must not slip it."""
+    (q0, p0), (q1, p1) = ([fractions(values) for values in system.reaction(loads)] for loads in (LOADS.mean, _DIRECTION))
+    f = Fraction(friction)
+    slacks, rates = np.concatenate([q0 + f * p0, f * p0 - q0]), np.concatenate([q1 + f * p1, f * p1 - q1])
+    return float(min(-slack / rate for slack, rate in zip(slacks, rates, strict=True) if rate < 0))
+
+
+def exact_limit(system: fo.ContactSystem, friction: float) -> float:
+    """Shakedown limit under bulk stress, in rational arithmetic."""
+    slips, mean, cyclic, _ = safe_rows(system, LOADS, friction)
+    return _largest(slips, -cyclic, mean)
+
+
+def exact_largest_margin(system: fo.ContactSystem, friction: float, load_factor: float) -> float:
+    """Largest margin of a safe slip under bulk stress, in rational arithmetic."""
+    slips, mean, cyclic, bound = safe_rows(system, LOADS, friction)
+    return _largest(slips, np.array([-bound] * len(mean), dtype=object), mean + Fraction(load_factor) * cyclic)
+
+
+def _largest(*program: Array) -> float:
+    """Largest z of `slips v + last z >= right`, from the vertex that HiGHS finds."""
+    slips, last, right = (values.astype(float) / np.abs(values.astype(float)).max() for values in program)
+    active = highs_vertex(highs(LinearProgram.maximum(np.column_stack([slips, last]), right), SIMPLEX))
+    return largest(np.column_stack(program[:2]), program[2], active)
+
+
+def _onset(parameters: Parameters, scene: Scene) -> Question:
+    run = partial(fo.onset, scene.system, fo.LoadCycle(LOADS.mean, [_DIRECTION]), parameters.friction)
+    exact = exact_onset(scene.system, parameters.friction)
+    method = Method("frictopt", "none", "closed form", run, relative(exact, lambda onset: onset.slip.load_factor))
+    return Question("onset", "load factor of first slip", scene.name, scene.system.nodes, [method])
+
+
+def _limit(parameters: Parameters, scene: Scene) -> Question:
+    system, friction = scene.system, parameters.friction
+    exact = exact_limit(system, friction)
+    compiled = {solver: fo.ShakedownModel(system, LOADS, solver=solver) for solver in LP_SOLVERS}
+    kept = fo.ShakedownModel(system, LOADS, simplify=False)
+    first = partial(fo.shakedown_limit, system, LOADS, friction)
+    lean = fo.ShakedownModel(system, LOADS)
+    lean.solve(friction)
+
+    runs = [("first time", "HIGHS", first), *(("compiled", solver, partial(model.solve, friction)) for solver, model in compiled.items())]
+    runs.append(("compiled, nothing left out", "HIGHS", partial(kept.solve, friction)))
+    error = relative(exact, lambda limit: limit.load_factor)
+    ours = [Method(f"frictopt, {name}", "solver", solver, run, error) for name, solver, run in runs]
+    bare = methods(LinearProgram.of(lean), parameters.tolerances, relative(exact, lambda cost: -cost))
+    return Question("lambda_2", "load factor", scene.name, system.nodes, [*ours, *bare])
+
+
+def _safe_slip(parameters: Parameters, scene: Scene) -> Question:
+    system, friction, factor = scene.system, parameters.friction, parameters.margin_share * scene.limit
+    exact = exact_largest_margin(system, friction, factor)
+    ask, error = partial(fo.safe_slip, system, LOADS, friction, factor), relative(exact, lambda safe: safe.margin)
+    ours = [Method("frictopt", "solver", solver, partial(ask, solver=solver), error) for solver in LP_SOLVERS]
+    lean = fo.SafeSlipModel(system, LOADS)
+    lean.solve(friction, factor)
+    bare = methods(LinearProgram.of(lean), parameters.tolerances, relative(exact, lambda cost: -cost))
+    return Question("safe slip", "margin", scene.name, system.nodes, [*ours, *bare])
+
+
+OPTIONS: dict[str, dict[str, Any]] = {"defaults": {}, "no presolve": {"presolve": "off"}}
+"""Settings of HiGHS, by name."""
+
+
+@dataclass(frozen=True, eq=False)
+class NodePrograms:
+    """For each node that two corners rule, the least load factor at which a safe slip holds it on both its bounds.
+
+    Attributes
+    ----------
+    programs
+        Node -> its linear program; the load factor is the last unknown, after the slips, which add up to zero.
+    load_unit
+        Unit of the load factor.
+    """
+
+    programs: dict[int, LinearProgram]
+    load_unit: float
+
+    @classmethod
+    def of(cls, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> "NodePrograms":
+        """The programs of a contact."""
+        n, (slips, mean, cyclic) = system.nodes, (rows.astype(float) for rows in safe_rows(system, cycle, friction)[:3])
+        load_unit = np.abs(mean).max() / np.abs(cyclic).max()
+        matrix = csc_matrix(np.column_stack([-slips / np.abs(slips).max(), cyclic / np.abs(cyclic).max()]))
+        right = -mean / np.abs(mean).max()
+        cost = np.eye(n)[-1]
+        lower = np.where(cost > 0, 0.0, -np.inf)
+        programs = {}
+        q, p = cycle.corner_reactions(system)
+        for node in np.flatnonzero((q + friction * p).argmin(axis=0) != (friction * p - q).argmin(axis=0)).tolist():
+            floor = np.full(len(right), -np.inf)
+            floor[[node, n + node]] = right[[node, n + node]]
+            programs[node] = LinearProgram(cost, matrix, right, lower, floor)
+        return cls(programs, load_unit)
+
+    def least(self, options: dict[str, Any]) -> tuple[float, int, Any]:
+        """The least load factor over the nodes, its node, and HiGHS with the answer; programs without an optimum are skipped."""
+        found: tuple[float, int, Any] = np.inf, -1, None
+        for node, program in self.programs.items():
+            try:
+                solver = highs(program, options)
+            except ArithmeticError:
+                continue
+            if highs_cost(solver) < found[0]:
+                found = highs_cost(solver), node, solver
+        return found[0] * self.load_unit, found[1], found[2]
+
+
+def exact_least(system: fo.ContactSystem, friction: float) -> float:
+    """The upper bound under bulk stress in rational arithmetic, at the node that HiGHS finds."""
+    _, node, solver = NodePrograms.of(system, LOADS, friction).least({})
+    return exact_guaranteed_limit(system, LOADS, friction, node, highs_vertex(solver))
+
+
+def _guaranteed(parameters: Parameters, scene: Scene) -> Question:
+    """The upper bound on one mesh; HiGHS decides that no other node has a smaller load factor."""
+    system, friction = scene.system, parameters.guaranteed_friction
+    bare, model = NodePrograms.of(system, LOADS, friction), fo.GuaranteedModel(system, LOADS)
+    exact = exact_least(system, friction)
+
+    runs = {"first time": partial(fo.guaranteed_limit, system, LOADS, friction), "compiled": partial(model.solve, friction)}
+    methods = [Method(f"frictopt, {name}", "solver", "HIGHS", run, relative(exact, lambda limit: limit.load_factor)) for name, run in runs.items()]
+    for name, options in OPTIONS.items():
+        run, error = partial(bare.least, options), relative(exact, lambda found: found[0])
+        methods.append(Method("HiGHS, a program for each node", "options", name, run, error, rival="highspy"))
+    # reference: vertex of the program of its node in rational arithmetic, refined to 40 digits and proven optimal
+    return Question("lambda_1", "upper bound", scene.name, system.nodes, methods)

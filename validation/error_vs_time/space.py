@@ -1,0 +1,203 @@
+"""Three dimensions: the plane scene as a contact in space, whose answers are known, and a sphere in closed form."""
+
+from collections.abc import Iterator
+from functools import partial
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csc_matrix
+
+import frictopt as fo
+from frictopt.reference import SphereContact, half_space_contact, smallest_circle_limit
+from frictopt.solve.arrays import Arrays
+from studies.paper import LOADS
+from validation.error_vs_time.bare_lp import clarabel_cone
+from validation.error_vs_time.limits import exact_largest_margin, exact_least, exact_limit
+from validation.error_vs_time.methods import Method, Question, installed, relative
+from validation.error_vs_time.parameters import Parameters, Scene
+from validation.error_vs_time.transients import CYCLES, STEPS, in_steps, last_work, posed, start_slip
+from validation.fuzz.embedded import embedded
+
+Array = np.ndarray[Any, Any]
+
+_SHEAR = 0.8  # of the sphere, over the friction bound
+_RADIUS, _WIDTH = 5.0, 1.12  # of the sphere, and of the grid; in units of the contact's radius
+
+
+InSpace = tuple[fo.ContactSystem, Array]  # the contact in three dimensions, and the unit vectors (N, 2) along which the plane slips
+
+
+def in_space(parameters: Parameters, scene: Scene) -> InSpace:
+    """The plane scene as a contact in three dimensions, whose answers are those of the plane."""
+    return embedded(scene.system, np.random.default_rng(parameters.seed), across=scene.system.A)
+
+
+def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Question]:
+    """The questions to the plane scene, in three dimensions."""
+    space = in_space(parameters, scene)
+    yield _limit(parameters, scene, space)
+    yield _increment(parameters, scene, space)
+    if elements in parameters.space_elements:
+        yield _transient(parameters, scene, space)
+        yield _steady(parameters, scene, space)
+    yield from _answers(parameters, scene, space[0], elements)
+
+
+def spheres(parameters: Parameters) -> Question:
+    """Work in the second cycle of a sphere, over the cells on the diameter of its grid."""
+    E, f, nu = 1.0, 0.5, 0.0
+    P = E / (1.5 * _RADIUS)  # makes a contact of radius one
+    far = 3 * f * P / 8 * 2 / E * 2 * (1 - (1 - _SHEAR) ** (2 / 3))  # motion of the far end under that shear (Mindlin and Deresiewicz)
+
+    def followed(cells: int) -> Any:
+        arrays: Any = half_space_contact(cells, _WIDTH, _RADIUS, E, nu)
+        system = fo.ContactSystem(**arrays)
+        cycle = fo.LoadCycle({"approach": 1 / _RADIUS}, [{"x": 1.0}, {"x": -1.0}])
+        return fo.march(system, cycle, f, far, cycles=CYCLES, steps=2)
+
+    def error(path: fo.results.Trajectory) -> float:
+        corner = int(np.flatnonzero(path.time == 1)[0])
+        ball = SphereContact(float(path.p[corner].sum()), _RADIUS, E, nu, f)
+        return abs(last_work(path) / ball.dissipation(abs(float(path.q[corner, :, 0].sum()))) - 1)
+
+    methods = [Method("frictopt, newton", "cells", f"{n}", partial(followed, n), error) for n in parameters.sphere_cells]
+    # reference: closed form of Mindlin and Deresiewicz, with the forces of the mesh
+    return Question("transient, 3-D", "work in the second cycle", "sphere on a half-space", 0, methods)
+
+
+def _limit(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
+    system, friction = space[0], parameters.friction
+    exact, ask = exact_limit(scene.system, friction), partial(fo.shakedown_limit, system, LOADS, friction)
+    error = relative(exact, lambda limit: limit.load_factor)
+    methods = [Method("frictopt", "solver", solver, partial(ask, solver=solver), error) for solver in ("CLARABEL", "CLARABEL_DIRECT")]
+    model = fo.ShakedownModel(system, LOADS)
+    model.solve(friction)
+    (program,) = model._programs.values()
+    reduced = program.chain.reduced
+    for tolerance in parameters.tolerances:
+        bare = partial(_clarabel, reduced.arrays.widened, tolerance)
+        methods.append(
+            Method("Clarabel", "tolerance", f"{tolerance:.0e}", bare, relative(exact, lambda cost: -cost * reduced.cost_unit), rival="clarabel")
+        )
+    return Question("lambda_2, 3-D", "load factor", _name(scene), system.nodes, methods)
+
+
+def _clarabel(program: Arrays, tolerance: float) -> float:
+    """Optimal cost of a cone program as our own solvers take it."""
+    package, linear = installed("clarabel"), int((program.sizes == 1).sum())
+    cones = [package.ZeroConeT(program.zero), package.NonnegativeConeT(linear), *map(package.SecondOrderConeT, program.sizes[linear:].tolist())]
+    return clarabel_cone(program.cost, csc_matrix(program.matrix), program.right, cones, tolerance)
+
+
+def _increment(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
+    """From the state at the first corner, above the shakedown limit, to the second corner at once."""
+    n, (path, exact), (system, along) = scene.system.nodes, posed(parameters, scene, parameters.overload), space
+    before, after, q = (values[:, None] * along for values in (path.state.u[:n], exact, path.corners[1][:n]))
+    bonded = q, path.corners[1][n:]
+
+    def error(found: fo.increments.Increment) -> float:
+        return float(np.abs(found.slip - after).max() / np.abs(after - before).max())
+
+    methods = []
+    for engine, kind in (("newton", fo.increments.NewtonIncrement), ("cones", fo.increments.FrozenBoundIncrement)):
+        methods.append(Method("frictopt", "engine", engine, partial(kind(system, parameters.friction).solve, before, bonded), error))
+    return Question("increment, 3-D", "slip", _name(scene), n, methods)
+
+
+def _transient(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
+    friction, factor = parameters.friction, parameters.overload * scene.limit
+    exact = last_work(fo.march(scene.system, LOADS, friction, factor, cycles=CYCLES))
+    march = partial(fo.march, space[0], LOADS, friction, factor, cycles=CYCLES)
+    methods = in_steps("frictopt, newton", march, parameters.space_steps, exact)
+    return Question("transient, 3-D", "work in the second cycle", _name(scene), scene.system.nodes, methods)
+
+
+def _steady(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
+    friction, factor = parameters.friction, parameters.steady_overload * scene.limit
+    start = start_slip(parameters, scene.system)
+    exact = last_work(fo.march(scene.system, LOADS, friction, factor, initial_slip=start, cycles=parameters.reference_cycles))
+    steady = partial(fo.steady_state, space[0], LOADS, friction, factor, initial_slip=start[:, None] * space[1])
+    error = relative(exact, lambda made: made.dissipation)
+    methods = [Method("frictopt, newton", STEPS, f"{n}", partial(steady, steps=n), error) for n in parameters.space_steps]
+    # reference: work in cycle reference_cycles of the plane's exact path
+    return Question("steady state, 3-D", "work in a cycle", _name(scene), scene.system.nodes, methods)
+
+
+def _name(scene: Scene) -> str:
+    return f"{scene.name}, in space"
+
+
+_ABOVE = 1.5  # load factor of the least slip, over the shakedown limit
+_PROVEN = 1e-4  # tolerance of a limit after protocol
+_HALF = 0.6  # of the side of the sphere's grid, over the radius of its contact: every node is pressed
+_RAYS = 64  # on which a region is compared with its closed form
+
+
+def _answers(parameters: Parameters, scene: Scene, system: fo.ContactSystem, elements: int) -> Iterator[Question]:
+    """Limits whose answers are those of the plane, and on the coarsest mesh two that follow transients."""
+    plane, friction = scene.system, parameters.friction
+    name, n = _name(scene), plane.nodes
+
+    def question(computation: str, quantity: str, run: Any, value: Any, exact: float) -> Question:
+        return Question(computation, quantity, name, n, [Method("frictopt", "none", "default", run, relative(exact, value))])
+
+    rubbing, factor, above = parameters.guaranteed_friction, parameters.margin_share * scene.limit, _ABOVE * scene.limit
+    run: Any = partial(fo.guaranteed_limit, system, LOADS, rubbing)
+    yield question("lambda_1, 3-D", "upper bound", run, lambda limit: limit.load_factor, exact_least(plane, rubbing))
+
+    run, exact = partial(fo.safe_slip, system, LOADS, friction, factor), exact_largest_margin(plane, friction, factor)
+    yield question("safe slip, 3-D", "margin", run, lambda safe: safe.margin, exact)
+
+    run = partial(fo.required_friction, system, LOADS, exact_limit(plane, friction))
+    # reference: the friction at which the plane's limit is that load factor
+    yield question("required friction, 3-D", "coefficient", run, lambda found: found.required, friction)
+
+    run = partial(fo.shakedown_limit(system, LOADS, friction).least_slip, above)
+    exact = fo.shakedown_limit(plane, LOADS, friction).least_slip(above).bound
+    yield question("least slip, 3-D", "bound, the limit given", run, lambda least: least.bound, exact)
+
+    if elements == min(parameters.space_elements):
+        exact = fo.limit_after_protocol(plane, LOADS, friction, tolerance=_PROVEN).load_factor
+        ask, steps = partial(fo.limit_after_protocol, system, LOADS, friction, tolerance=_PROVEN), parameters.search_steps
+        error = relative(exact, lambda found: found.load_factor)
+        methods = [Method("frictopt", STEPS, f"{many}", partial(ask, steps=many), error) for many in steps]
+        yield Question("limit after protocol, 3-D", "load factor", name, n, methods)
+
+        asked = LOADS, friction, parameters.overload * scene.limit
+        span = fo.dissipation_range(plane, *asked)
+
+        def off(found: fo.results.DissipationRange) -> float:
+            return max(abs(found.least / span.least - 1), abs(found.most / span.most - 1))
+
+        methods = [Method("frictopt", STEPS, f"{many}", partial(fo.dissipation_range, system, *asked, steps=many), off) for many in steps]
+        yield Question("range of dissipation, 3-D", "least and most work", name, n, methods)
+
+
+def amplitudes(parameters: Parameters) -> Question:
+    """Safe amplitudes of shear along both axes of a sphere, a curve: largest shortfall of the polygon of safe points, over its tolerance."""
+    arrays: Any = half_space_contact(min(parameters.sphere_cells), _HALF, 5.0, 1.0, 0.0)
+    system, friction = fo.ContactSystem(**arrays), parameters.space_friction
+    mean = {"approach": 1 / 5.0}
+    pressure = system.closed_reaction(mean)[1]
+
+    def shortfall(region: fo.results.SafeRegion) -> float:
+        found = []
+        for angle in np.linspace(0, np.pi / 2, _RAYS):
+            ray = np.array([np.cos(angle), np.sin(angle)])
+            q = region.cycle(*ray).corner_reactions(system)[0]
+            exact = smallest_circle_limit(pressure, q, friction)
+            reach = [_crossing(one, other, ray) for one, other in zip(region.vertices, region.vertices[1:], strict=False)]
+            found.append(1 - min(reach) / exact)
+        return float(np.max(np.abs(found)))
+
+    methods = []
+    for tolerance in parameters.region_tolerances:
+        run = partial(fo.safe_region, system, mean, ["x", "y"], friction, tolerance=tolerance)
+        methods.append(Method("frictopt", "tolerance", f"{tolerance:.0e}", run, shortfall))
+    return Question("safe region, 3-D", "amplitudes", "sphere on a half-space", system.nodes, methods)
+
+
+def _crossing(one: Any, other: Any, ray: Any) -> float:
+    """Where a ray from zero meets the line through two points, in multiples of the ray; inf where it is along the line."""
+    across = np.array([other[1] - one[1], one[0] - other[0]])
+    return float(across @ one / (across @ ray)) if across @ ray > 0 else np.inf

@@ -1,0 +1,41 @@
+"""The best profile for extreme input: a plain linear program asks the limit of the contact with the profile built in."""
+
+from collections.abc import Iterator
+from functools import cache
+
+import cvxpy as cp
+import numpy as np
+
+import frictopt as fo
+from studies.paper import LOADS
+from validation import oracles
+from validation.extremes.probes import Answer, Probe, Sizes
+
+_LP = "plain linear program with the design built in, scipy"
+
+
+def design_probes(sizes: Sizes) -> Iterator[Probe]:
+    """All questions about the best profile: of the paper's punch, as deep as the extreme says, over its width times mean pressure over stiffness."""
+    punch = fo.scenes.PunchOnHalfPlane(elements=min(16, sizes.elements), growth=1.3)
+    system = punch.condense()
+    for depth in (0.0, 1e-9, 1e-3, 1.0, 1e3, 1e6):
+        yield _probe("depth of a profile", f"{depth:g}", system, 0.5, depth)
+    for friction in (1e-3, 0.1, 1.5, 3.0):
+        yield _probe("friction of a design", f"f = {friction:g}", system, friction, 0.1)
+    for force in (1e-15, 1e15):
+        for length in (1e-15, 1e15):
+            yield _probe(
+                "units of a design", f"force {force:g}, length {length:g}", oracles.redescribed(system, force=force, length=length), 0.5, 0.1 * length
+            )
+
+
+def _probe(extreme: str, value: str, system: fo.ContactSystem, friction: float, depth: float) -> Probe:
+    @cache
+    def design() -> fo.results.Design:
+        model = fo.DesignModel(system, LOADS, profile=True)
+        return model.solve(friction, [cp.abs(model.profile) <= depth])
+
+    def plain() -> float | None:
+        return oracles.largest_load_factor(design().system, design().cycle, np.full(system.nodes, friction))
+
+    return Probe(extreme, value, "best profile", lambda: Answer.of(design(), design().load_factor), plain, _LP)

@@ -1,0 +1,106 @@
+"""A question with extreme input: its form, sizes and loads."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+
+import frictopt as fo
+from studies.paper import LOADS
+
+SHEAR = fo.LoadCycle(mean={"P": 1.0}, corners=[{"Q": -1.0}, {"Q": 1.0}])
+_EXACT = 1e-7
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """How large the cases are."""
+
+    elements: int = 40
+    unit_elements: int = 8  # of the punch in other units whose ranges are found
+    most_nodes: tuple[int, ...] = (2, 4, 10, 40, 124, 250, 500, 1000)
+    most_guaranteed: int = 250
+    gradings: tuple[float, ...] = (1.0, 1e2, 1e4, 1e6, 1e9, 1e12)
+    corners: int = 1000
+    cycles: int = 100_000
+    every: int = 1  # 2: every other value of each extreme, and the last one
+
+
+@dataclass(frozen=True)
+class Answer:
+    """An answer: its number, its residual, its solver."""
+
+    number: float
+    residual: float
+    solver: str
+
+    @classmethod
+    def of(cls, result: Any, number: float) -> Self:
+        """A number of a result."""
+        return cls(number, result.residual, result.record.solver)
+
+
+@dataclass(frozen=True)
+class Probe:
+    """One question.
+
+    Attributes
+    ----------
+    extreme, value, question
+        What is extreme, how extreme, and what is asked.
+    ask
+        Gives the answer.
+    expected
+        Gives the number that is known from elsewhere, None if the reference cannot say; None if there is none.
+    reference
+        Where from.
+    tolerance
+        Relative error above which an answer is wrong; inf where the error is that of the mesh and to be reported.
+    floor
+        Size below which a number counts as this large in its relative error.
+    """
+
+    extreme: str
+    value: str
+    question: str
+    ask: Callable[[], Answer]
+    expected: Callable[[], float | None] | None
+    reference: str
+    tolerance: float = _EXACT
+    floor: float = 1e-3
+
+
+def shakedown(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> Answer:
+    """The shakedown limit."""
+    found = fo.shakedown_limit(system, cycle, friction)
+    return Answer.of(found, found.load_factor)
+
+
+def punch_in_units(force: float, length: float, elements: int = 8) -> tuple[fo.ContactSystem, fo.LoadCycle]:
+    """A small punch whose mesh and material are in other units, and its load cycle."""
+    material, pressure = fo.Material(force / length), force / length
+    sizes = length, 2 * length, 12 * length, 12 * length
+    scene = fo.scenes.PunchOnHalfPlane(elements, *sizes, growth=1.5, punch_material=material, block_material=material, grading=5.0)
+    return scene.condense(), fo.LoadCycle({"P": pressure}, [{"sigma": -pressure}, {"sigma": pressure}])
+
+
+def one_node(A: float, B: float, C: float, q0: float, p0: float) -> fo.ContactSystem:
+    """One node under the loads of the paper."""
+    loads = {"P": (np.array([q0]), np.array([p0])), "sigma": (np.array([1.0]), np.array([0.2]))}
+    return fo.ContactSystem.from_blocks(np.array([[A]]), np.array([[B]]), np.array([[C]]), np.zeros(1), loads)
+
+
+def loose() -> fo.ContactSystem:
+    """Two nodes that nothing holds along the contact."""
+    one, none = np.ones(2), np.zeros((2, 2))
+    return fo.ContactSystem.from_blocks(none, none, np.eye(2), np.arange(2.0), {"P": (0 * one, one), "sigma": (np.array([0.3, -0.3]), 0 * one)})
+
+
+def nearly_separated(elements: int) -> tuple[fo.ContactSystem, dict[str, fo.LoadCycle]]:
+    """A scene, and load cycles whose mean load leaves a share of its pressure to the node that a shear on the punch unloads most, by that share."""
+    system = fo.scenes.PunchOnHalfPlane(elements=elements, growth=1.3).condense()
+    (_, pressed), (_, tilted) = system.bonded["P"], system.bonded["Q"]
+    tilt = float((pressed[tilted < 0] / -tilted[tilted < 0]).min())
+    left = (1e-3, 1e-6, 1e-9, 0.0, -1e-3)
+    return system, {f"{share:g}": fo.LoadCycle({"P": 1.0, "Q": (1 - share) * tilt}, LOADS.corners) for share in left}
